@@ -10,6 +10,24 @@ macro(carat_find_package)
   unset(_carat_log_level)
 endmacro()
 
+# carat_drop_missing_includes(target): Debian's OpenImageIO::OpenImageIO names /usr/include/opencv4, which its package
+# neither holds nor needs; CMake refuses a target with a folder that is not there.
+function(carat_drop_missing_includes target)
+  if(NOT TARGET ${target})
+    return()
+  endif()
+  foreach(property IN ITEMS INTERFACE_INCLUDE_DIRECTORIES INTERFACE_SYSTEM_INCLUDE_DIRECTORIES)
+    get_target_property(folders ${target} ${property})
+    set(present "")
+    foreach(folder IN LISTS folders)
+      if(EXISTS "${folder}")
+        list(APPEND present "${folder}")
+      endif()
+    endforeach()
+    set_target_properties(${target} PROPERTIES ${property} "${present}")
+  endforeach()
+endfunction()
+
 # carat_pkg_check(module options...): the imported target PkgConfig::<MODULE>, in capitals and without a leading "lib".
 macro(carat_pkg_check module)
   find_package(PkgConfig QUIET ${ARGN})
