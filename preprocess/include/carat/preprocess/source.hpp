@@ -1,0 +1,94 @@
+// Source heights: layers of rasters in priority order, then a base height.
+//
+//   place     a geodetic normal n of the body (globe: n-vector). Earth: geodetic latitude and longitude of
+//   WGS 84, and
+//             rasters on another datum go through PROJ. Other bodies: a raster's own geodetic latitude and
+//             longitude are the body's (see LatitudeKind). A CRS of another body (semi-axis off by > 1 %) is
+//             an Error(usage).
+//   samples   pixel-is-area: a sample lies at the centre of its pixel; a raster is valid to the outer edges
+//   of its
+//             outer pixels (plus 1e-6 pixel for rounding), where the border samples are continued outwards.
+//             Height = offset + scale * raw, in the band's unit (m, ft, US survey ft, km; others taken as
+//             metres, with a warning).
+//   holes     NODATA (tag, mask band, option), NaN, +-infinity, heights outside the valid range. Integer
+//   extremes
+//             without a NODATA tag are values.
+//   kernel    nearest    the sample whose pixel contains the place (ties: to the greater row, column).
+//             bilinear   the four samples around; a hole among them is left out and the other weights are
+//             renormalised;
+//                        if the *nearest* sample is a hole, the place is a hole.
+//             cubic      Catmull-Rom on 4 x 4 samples; with any hole among them: bilinear.
+//   wrap      a raster of 360 degrees of longitude wraps round: no seam. If its rows reach a pole, the pole
+//   is one
+//             sample, the mean of the valid samples of the last row (of the row at the pole itself if one is
+//             centred there), and heights between that row and the pole are linear in latitude: continuous at
+//             the pole.
+//   order     the first layer, and in it the first raster, that has no hole at the place gives the height.
+//   Rasters of
+//             one layer on a common grid (equal CRS, type and pixel size, offset by whole pixels) are one
+//             raster: interpolation sees no border between them. At last the base height, which is in the
+//             datum of the last layer (its geoid, if any, is added).
+//   spacing   max(sqrt(dx dy), max(dx, dy) / 2) metres: a polar row of 7 m by 9 km is not a 7 m source.
+//
+// The height is a pure function of n, the files and the options: never of thread, batch, cache size or call
+// order.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "carat/globe/diamond.hpp"
+#include "carat/globe/ellipsoid.hpp"
+#include "carat/globe/sphere.hpp"
+#include "carat/preprocess/layer.hpp"
+
+namespace carat {
+
+inline constexpr std::int8_t kBaseLayer = -1;
+inline constexpr std::size_t kMaxLayers = 127;
+
+// Thread-safe after construction, all const functions.
+class SourceStack {
+  public:
+    // Opens every file, reads those that may contain holes once (in parallel), and hashes their contents.
+    // cache_bytes bounds the decoded blocks kept in memory (at least one a thread is kept); GDAL's own block
+    // cache (GDAL_CACHEMAX) comes on top. Throws Error naming the file: io (missing, unreadable, truncated),
+    // unsupported (no bands, complex numbers), usage (no georeference, degenerate geotransform, other body,
+    // bad option), limit (> 127 layers).
+    SourceStack(const std::vector<LayerOptions>& layers, const Ellipsoid& body, double base_height,
+                std::size_t cache_bytes);
+    ~SourceStack();
+    SourceStack(SourceStack&&) noexcept;
+    SourceStack& operator=(SourceStack&&) noexcept;
+
+    struct Value {
+        double height = 0;  // metres
+        int layer = kBaseLayer;
+    };
+    // Height at a unit geodetic normal. Throws Error(io) if a block cannot be read.
+    Value sample(const Vec3& n) const;
+    // The same values for many places: much faster, fastest when they lie close together. The three spans
+    // have the same length; layer may be empty.
+    void sample(std::span<const Vec3> n, std::span<double> heights, std::span<std::int8_t> layer) const;
+
+    // Finest spacing, in metres, of the samples that win somewhere in the region of a diamond; +infinity
+    // where only the base height applies. May look a little beyond the region (16 samples), and counts a
+    // lower layer unless a higher one hides it throughout a half of the diamond. Reads no file.
+    double finest_spacing(DiamondId d) const;
+
+    const std::vector<LayerInfo>& layers() const;
+    // Plain sentences for the user: assumed CRS, unknown units, missing transformation grids.
+    const std::vector<std::string>& warnings() const;
+    const Ellipsoid& body() const;
+    double base_height() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace carat
