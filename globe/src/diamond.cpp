@@ -119,6 +119,22 @@ void odd_corners(DiamondCorners& d, const FaceCentre& f) {
     orient(d, here, beyond, f.face);
 }
 
+DiamondCorners corners_of(const FaceCentre& f) {
+    DiamondCorners d;
+    d.c = unshift(f.face, f.u, f.v);
+    d.level = f.level();
+    if (f.odd_level())
+        odd_corners(d, f);
+    else
+        even_corners(d, f);
+    return d;
+}
+
+// The half of a diamond that has a child centred at the point.
+int side_of_child(const DiamondCorners& d, const LatticePoint& centre) {
+    return d.child_centre(0) == centre || d.child_centre(1) == centre ? 0 : 1;
+}
+
 }  // namespace
 
 DiamondId DiamondId::of_centre(const LatticePoint& centre) {
@@ -164,17 +180,7 @@ LatticePoint DiamondCorners::child_centre(int k) const {
     return midpoint((k & 1) == 0 ? a : b, x[static_cast<std::size_t>(k >> 1)]);
 }
 
-DiamondCorners corners(DiamondId id) {
-    const FaceCentre f = decode(id.bits());
-    DiamondCorners d;
-    d.c = unshift(f.face, f.u, f.v);
-    d.level = f.level();
-    if (f.odd_level())
-        odd_corners(d, f);
-    else
-        even_corners(d, f);
-    return d;
-}
+DiamondCorners corners(DiamondId id) { return corners_of(decode(id.bits())); }
 
 std::optional<DiamondId> parent(DiamondId d, int half) {
     const DiamondCorners k = corners(d);
@@ -210,18 +216,17 @@ std::array<Half, 2> child_halves(const Half& h) {
 std::optional<Half> parent_half(const Half& h) {
     const std::optional<DiamondId> p = parent(h.diamond, h.side);
     if (!p) return std::nullopt;
-    const DiamondCorners c = corners(*p);
-    const LatticePoint centre = h.diamond.centre();
-    const bool in_first = c.child_centre(0) == centre || c.child_centre(1) == centre;
-    return Half{*p, in_first ? 0 : 1};
+    return Half{*p, side_of_child(corners(*p), h.diamond.centre())};
 }
 
 Half neighbour(const Half& h, int edge) {
     if (edge == 0) return {h.diamond, 1 - h.side};
-    const DiamondId k = child(h.diamond, 2 * h.side + (edge - 1));
-    const DiamondCorners c = corners(k);
-    const int other = c.x[0] == h.diamond.centre() ? 1 : 0;
-    return *parent_half({k, other});
+    // A leg is the longest edge of a child, and the child's other parent lies across it. The child may be one
+    // level deeper than an id can name.
+    const LatticePoint middle = corners(h.diamond).child_centre(2 * h.side + (edge - 1));
+    const DiamondCorners child = corners_of(face_centre(middle));
+    const DiamondId other = DiamondId::of_centre(child.x[child.x[0] == h.diamond.centre() ? 1 : 0]);
+    return {other, side_of_child(corners(other), middle)};
 }
 
 HalfFrame half_frame(const Half& h, int cells) {

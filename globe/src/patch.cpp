@@ -46,8 +46,9 @@ TriangleWeights triangle_weights(double x, double y, int cells) {
         if (fx >= fy) return {{{{i, j}, {i + 1, j}, {i + 1, j + 1}}}, {1 - fx, fx - fy, fy}};
         return {{{{i, j}, {i + 1, j + 1}, {i, j + 1}}}, {1 - fy, fx, fy - fx}};
     }
-    if (fx + fy <= 1) return {{{{i, j}, {i + 1, j}, {i, j + 1}}}, {1 - fx - fy, fx, fy}};
-    return {{{{i + 1, j}, {i + 1, j + 1}, {i, j + 1}}}, {1 - fy, fx + fy - 1, 1 - fx}};
+    const double gx = 1 - fx;  // fx + fy may round to 1 from either side: compare fy with gx, once rounded
+    if (fy <= gx) return {{{{i, j}, {i + 1, j}, {i, j + 1}}}, {gx - fy, fx, fy}};
+    return {{{{i + 1, j}, {i + 1, j + 1}, {i, j + 1}}}, {1 - fy, fy - gx, gx}};
 }
 
 }  // namespace carat

@@ -11,11 +11,6 @@ namespace {
 constexpr double kQuarterPi = std::numbers::pi / 4;
 constexpr double kScale = 1.0 / static_cast<double>(kLatticeExtent);  // a power of two: exact
 
-Vec3 normalised(double x, double y, double z) {
-    const double length = std::sqrt(x * x + y * y + z * z);
-    return {x / length, y / length, z / length};
-}
-
 }  // namespace
 
 double equiangular_tan(double x) {
@@ -23,14 +18,21 @@ double equiangular_tan(double x) {
     return std::tan(kQuarterPi * x);
 }
 
+double lattice_tangent(std::int32_t coordinate) { return equiangular_tan(coordinate * kScale); }
+
+Vec3 direction_from_tangents(const Vec3& w) {
+    const double length = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    return {w[0] / length, w[1] / length, w[2] / length};
+}
+
 Vec3 direction(const LatticePoint& p) {
-    return normalised(equiangular_tan(p.x * kScale), equiangular_tan(p.y * kScale),
-                      equiangular_tan(p.z * kScale));
+    return direction_from_tangents({lattice_tangent(p.x), lattice_tangent(p.y), lattice_tangent(p.z)});
 }
 
 Vec3 direction(const RealLattice& r) {
-    return normalised(equiangular_tan(r.coordinates[0] * kScale), equiangular_tan(r.coordinates[1] * kScale),
-                      equiangular_tan(r.coordinates[2] * kScale));
+    return direction_from_tangents({equiangular_tan(r.coordinates[0] * kScale),
+                                    equiangular_tan(r.coordinates[1] * kScale),
+                                    equiangular_tan(r.coordinates[2] * kScale)});
 }
 
 RealLattice lattice_position(const Vec3& n) {

@@ -25,7 +25,7 @@ struct CurvatureBound {
     // lattice coordinates), |height| <= max_height and heights of one triangle differing by at most range;
     // metres.
     double of_heights(double max_height, double range) const {
-        return ellipsoid_sagitta + normal_sagitta * max_height + normal_change * range;
+        return ellipsoid_sagitta + normal_sagitta * max_height + 0.5 * normal_change * range;
     }
 };
 CurvatureBound curvature_bound(const Ellipsoid& body, const Half& half, int cells);

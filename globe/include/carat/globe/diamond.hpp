@@ -1,8 +1,8 @@
 // Diamonds: identity, geometry and the DAG, by arithmetic on the lattice. No graph is stored.
 //
 // A diamond is known by its centre, which also fixes its level. Shifted in-face coordinates U, V in [0, 2^31]
-// (coordinate + 2^30) of the centre; s = 2^t, t = the smaller number of trailing zeros of U and V; k = 30 -
-// t:
+// (coordinate + 2^30) of the centre; s = 2^t, t = the smaller count of trailing zeros of U and V; k = 30 - t:
+//
 //   U and V both odd multiples of s   level 2k, a square of half-size s
 //   otherwise                         level 2k+1, half-diagonal s, centred on a side of two squares
 //
@@ -13,10 +13,11 @@
 //          a ---- x0              the halves share the diagonal a-b through the centre c
 //
 // Facts (tested exhaustively to level 9, at random to the deepest level):
-//   parent of half h   the diamond centred at x_h; a level-0 corner is a cube corner, which centres no
-//   diamond children           centred at the midpoints of a-x0, x0-b, a-x1, x1-b child half         the half
-//   of a child whose right-angled corner is c; the two in half h tile half h longest edge       of a half is
-//   the diagonal of one diamond; each leg is the longest edge of a child's half
+//
+//   parent of half h  the diamond centred at x_h; a level-0 corner is a cube corner, which centres no diamond
+//   children          centred at the midpoints of a-x0, x0-b, a-x1, x1-b
+//   child half        the half of a child whose right-angled corner is c; the two in half h tile half h
+//   longest edge      of a half is the diagonal of one diamond; each leg is the longest edge of a child
 //
 // DiamondId: 64 bits,  0...0 | face (3) | Morton code of U/2^5 and V/2^5 (2 x 27 bits, U in the even bits).
 // The face is the lowest-numbered one that contains the centre. Nearby diamonds have nearby ids.
@@ -58,7 +59,8 @@ class DiamondId {
 
 struct DiamondIdHash {
     std::size_t operator()(DiamondId d) const {
-        std::uint64_t x = d.bits() * 0x9E3779B97F4A7C15u;
+        // Coarse ids end in zeros, so bits must come down before they go up.
+        const std::uint64_t x = (d.bits() ^ (d.bits() >> 32)) * 0x9E3779B97F4A7C15u;
         return static_cast<std::size_t>(x ^ (x >> 32));
     }
 };
@@ -111,7 +113,7 @@ struct HalfHash {
 std::array<Half, 2> child_halves(const Half& h);
 // The half one level coarser that contains h; nothing at level 0.
 std::optional<Half> parent_half(const Half& h);
-// The half of the same level across an edge: 0 the longest, 1 leg a-x, 2 leg x-b. Precondition: level < 50.
+// The half of the same level across an edge: 0 the longest, 1 leg a-x, 2 leg x-b.
 Half neighbour(const Half& h, int edge);
 
 // Affine map of a half's index grid: vertex (i, j) lies at origin + i u + j v, 0 <= i, j <= cells, and i >= j

@@ -19,6 +19,11 @@ double equiangular_tan(double x);
 // Unit geodetic normal at a lattice point.
 Vec3 direction(const LatticePoint& p);
 
+// The two steps of direction(), for grids whose coordinates repeat along rows: the tangent of one lattice
+// coordinate, and the normal of three tangents. direction(p) is exactly their composition, bit for bit.
+double lattice_tangent(std::int32_t coordinate);
+Vec3 direction_from_tangents(const Vec3& w);
+
 // A point on the cube's surface with real coordinates in lattice units; the face's own coordinate is +-2^30.
 struct RealLattice {
     int face = 0;
