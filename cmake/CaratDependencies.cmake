@@ -2,7 +2,7 @@
 
 # What our libraries link. The installed carat-config.cmake finds the same two lists again for its user.
 set(CARAT_PACKAGES Threads fmt spdlog TBB hwy meshoptimizer GDAL OpenEXR OpenImageIO Vulkan nlohmann_json)
-set(CARAT_PKGCONFIG_MODULES geographiclib libxxhash glm) # targets PkgConfig::GEOGRAPHICLIB, XXHASH, GLM
+set(CARAT_PKGCONFIG_MODULES geographiclib libxxhash glm proj) # targets PkgConfig::GEOGRAPHICLIB, XXHASH, GLM, PROJ
 
 include(CaratFind)
 foreach(package IN LISTS CARAT_PACKAGES)
