@@ -11,8 +11,8 @@
 
 namespace carat {
 
-// P: the N x N vertex heights of a diamond. A diamond at the rim of the refined region has one half only; entries of
-// an absent half are unspecified.
+// P: the N x N vertex heights of a diamond. A diamond at the rim of the refined region has one half only;
+// entries of an absent half are unspecified.
 struct Heights {
     int n = 0;
     std::vector<std::int32_t> values;  // n * n
@@ -28,15 +28,17 @@ struct RefinedHeights {
     std::vector<std::int32_t> c;  // (n - 1) * (n - 1)
 };
 
-// Affine map from the index (i, j) of a child's half to *doubled* indices (p, q) of the parent's refined grid:
-// p = p0 + i pi + j pj, q = q0 + i qi + j qj. p, q both even: vertex V(p/2, q/2); both odd: cell C(p/2, q/2).
+// Affine map from the index (i, j) of a child's half to *doubled* indices (p, q) of the parent's refined
+// grid: p = p0 + i pi + j pj, q = q0 + i qi + j qj. p, q both even: vertex V(p/2, q/2); both odd: cell C(p/2,
+// q/2).
 struct ChildMap {
     int p0, q0, pi, qi, pj, qj;
 };
 ChildMap child_map(DiamondId parent, const Half& child_half, int cells);
 
-// Copies the child's half from its refined parent (vertices i >= j for side 0, i <= j for side 1) into out, N x N.
-// The parent is carat::parent(child_half.diamond, child_half.side).
-void gather_half(const RefinedHeights& parent, DiamondId parent_id, const Half& child_half, std::int32_t* out);
+// Copies the child's half from its refined parent (vertices i >= j for side 0, i <= j for side 1) into out, N
+// x N. The parent is carat::parent(child_half.diamond, child_half.side).
+void gather_half(const RefinedHeights& parent, DiamondId parent_id, const Half& child_half,
+                 std::int32_t* out);
 
 }  // namespace carat

@@ -1,8 +1,8 @@
 // Reading a .carat repository. docs/format.md is the law.
 //
-// A Repository is immutable after open() and safe to use from many threads at once. Every byte it reads is checked:
-// a damaged file gives Error(corrupt|truncated|unsupported|limit|io) naming the file and the page, never a crash,
-// and no allocation larger than the file's size justifies.
+// A Repository is immutable after open() and safe to use from many threads at once. Every byte it reads is
+// checked: a damaged file gives Error(corrupt|truncated|unsupported|limit|io) naming the file and the page,
+// never a crash, and no allocation larger than the file's size justifies.
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "carat/codec/byte_source.hpp"
 #include "carat/codec/heights.hpp"
 #include "carat/globe/diamond.hpp"
 #include "carat/globe/ellipsoid.hpp"
@@ -20,25 +21,26 @@ namespace carat {
 // What a file says of itself.
 struct RepositoryHeader {
     std::uint32_t format_version = 0;
-    int log2_cells = 6;              // p: N = 2^p + 1
-    double quantum = 0;              // metres a unit of height
-    double tolerance = 0;            // metres: |reconstructed - source| at lattice points
-    std::string coder;               // "gamma"
-    double body_a = 0, body_b = 0;   // semi-axes, metres
-    std::string body;                // "earth", "moon", "mars" or ""
-    std::string vertical_datum;      // "ellipsoid", "egm96", ..., "unstated"
-    int deepest_level = 0;           // greatest level of any existing diamond (one more than the deepest refined)
+    int log2_cells = 6;             // p: N = 2^p + 1
+    double quantum = 0;             // metres a unit of height
+    double tolerance = 0;           // metres: |reconstructed - source| at lattice points
+    std::string coder;              // "gamma"
+    double body_a = 0, body_b = 0;  // semi-axes, metres
+    std::string body;               // "earth", "moon", "mars" or ""
+    std::string vertical_datum;     // "ellipsoid", "egm96", ..., "unstated"
+    int deepest_level = 0;  // greatest level of any existing diamond (one more than the deepest refined)
     std::int32_t min_height = 0, max_height = 0;  // of the whole file, quanta
     std::uint64_t refined_diamonds = 0;
-    std::string provenance;          // JSON, no times, hosts or absolute paths
+    std::string provenance;  // JSON, no times, hosts or absolute paths
 
     int n() const { return (1 << log2_cells) + 1; }
     int cells() const { return 1 << log2_cells; }
     Ellipsoid ellipsoid() const { return {body_a, body_b, body}; }
 };
 
-// Bounds of one half, rounded outwards. min and max hold for every height of the half and of all its descendants;
-// delta bounds the 3-D distance between the flat patch drawn at the half and the reference surface S. Metres.
+// Bounds of one half, rounded outwards. min and max hold for every height of the half and of all its
+// descendants; delta bounds the 3-D distance between the flat patch drawn at the half and the reference
+// surface S. Metres.
 struct HalfSummary {
     double min_height = 0, max_height = 0, delta = 0;
 };
@@ -52,6 +54,7 @@ class Repository {
   public:
     // Opens a local file (memory-mapped; pages are read and checked when first needed).
     static std::shared_ptr<const Repository> open(const std::filesystem::path& file);
+    static std::shared_ptr<const Repository> open(std::unique_ptr<ByteSource> source);
     virtual ~Repository() = default;
 
     virtual const RepositoryHeader& header() const = 0;
@@ -61,7 +64,8 @@ class Repository {
     // True if the file refines this diamond (its children's halves exist).
     virtual bool refined(DiamondId d) const = 0;
     // Summary of a half of a diamond; precondition: the half exists (level 0, or its parent is refined).
-    // For a half whose diamond is not refined (a leaf): min and max of the parent half, and the sagitta as delta.
+    // For a half whose diamond is not refined (a leaf): min and max of the parent half, and the sagitta as
+    // delta.
     virtual HalfSummary summary(const Half& half) const = 0;
     // Vertex heights of a face diamond; both halves.
     virtual Heights root(int face) const = 0;

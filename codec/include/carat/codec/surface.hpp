@@ -34,6 +34,7 @@ class Surface {
   private:
     struct Cache;
     std::shared_ptr<const Repository> repository_;
+    Ellipsoid body_;
     std::unique_ptr<Cache> cache_;
 };
 

@@ -1,0 +1,57 @@
+// Coding the residuals of one diamond: random access, no state between diamonds.
+//
+//   mode 0  interpolating   V = P                                   C = pred(V) + step qC
+//   mode 1  filtered        V = P + step qV                         C = pred(V) + step qC
+//   mode 2  the paper's     C = pred(P) + step qC                   V = 2P - pred(C) + step qV
+//
+// Border vertices are kept in every mode (V = P), so neighbours agree without talking to each other and any
+// mix of modes fits together. Mode 2 is update-first lifting with alpha = 1/2: analysis P = (V + pred(C))/2
+// (C-BDAM 2006, eqs. 1-8; in eq. 8 with the *reconstructed* P, the only one a decoder has).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "carat/codec/heights.hpp"
+
+namespace carat {
+
+enum class Mode : std::uint8_t { interpolating = 0, filtered = 1, paper = 2 };
+
+// How a blob is coded; one byte of a page's index.
+struct BlobInfo {
+    Mode mode = Mode::interpolating;
+    int leaf_size = 2;  // gamma coder: 2 or 4
+
+    std::uint8_t to_byte() const;
+    // Throws Error(corrupt) for a byte no version-1 writer makes.
+    static BlobInfo from_byte(std::uint8_t byte);
+};
+
+struct EncodedResiduals {
+    BlobInfo info;
+    std::vector<std::byte> blob;  // empty: all residuals are zero
+};
+
+// Work space of encoder and decoder, reused between calls; one per thread.
+struct CodecScratch {
+    std::vector<std::int32_t> prediction, indices_c, indices_v;
+};
+
+// Encodes a refinement: p (n x n, reconstructed), reference V and C. Writes what a decoder will reconstruct
+// to `out`. Every value of out is within `radius` quanta of the reference, border V excepted, which are p's.
+EncodedResiduals encode_residuals(Mode mode, std::span<const std::int32_t> p, const RefinedHeights& reference,
+                                  std::int32_t radius, RefinedHeights& out, CodecScratch& scratch);
+
+// Decodes; an empty blob means all residuals zero. Throws Error(corrupt|truncated) for bytes no encoder
+// makes.
+void decode_residuals(const BlobInfo& info, std::span<const std::byte> blob, std::span<const std::int32_t> p,
+                      int n, std::int32_t radius, RefinedHeights& out, CodecScratch& scratch);
+
+// Analysis of mode 1 and 2, fine to coarse: the reference P of a diamond from its reference V and C.
+// Interior: (V + pred(C)) / 2 rounded half up; border: V.
+void filter_vertices(const RefinedHeights& reference, std::span<std::int32_t> p);
+
+}  // namespace carat

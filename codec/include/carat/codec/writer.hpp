@@ -1,0 +1,63 @@
+// Writing a .carat repository: docs/format.md version 1.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <vector>
+
+#include "carat/codec/diamond_codec.hpp"
+#include "carat/codec/repository.hpp"
+#include "carat/codec/summary.hpp"
+
+namespace carat {
+
+// A refined diamond, ready for the file.
+struct DiamondRecord {
+    DiamondId id;
+    EncodedResiduals residuals;
+    std::array<SummaryValues, 2> summary;  // of its halves
+};
+
+// The quantised root heights: what a reader will see, and their bytes.
+struct EncodedRoots {
+    std::array<std::vector<std::int32_t>, kFaces> heights;  // reconstructed, N x N each
+    std::vector<std::byte> bytes;
+};
+// source[f]: N x N heights of face f, equal where faces share points. radius: quantiser radius of the root
+// values.
+EncodedRoots encode_roots(const std::array<std::vector<std::int32_t>, kFaces>& source, int n,
+                          std::int32_t radius);
+
+// What the writer must know before the first page.
+struct WriterSetup {
+    int log2_cells = 6;
+    double quantum = 0, tolerance = 0;
+    Ellipsoid body = Ellipsoid::earth();
+    std::string vertical_datum = "unstated";
+    std::string provenance = "{}";    // JSON
+    std::vector<std::int32_t> radii;  // radii[0]: root values; radii[l + 1]: residuals of diamonds of level l
+};
+
+// Writes to `path` + ".partial" and renames when complete; removes the partial file if never finished.
+// Not thread-safe.
+class RepositoryWriter {
+  public:
+    // Throws Error(io) if the file cannot be created.
+    RepositoryWriter(std::filesystem::path path, WriterSetup setup, const EncodedRoots& roots);
+    ~RepositoryWriter();
+    RepositoryWriter(const RepositoryWriter&) = delete;
+    RepositoryWriter& operator=(const RepositoryWriter&) = delete;
+
+    // All refined diamonds, any order; sorts them into pages and writes. Call once.
+    void write(std::vector<DiamondRecord> diamonds);
+    // Directory and header; the file appears under its name. Returns its size in bytes.
+    std::uint64_t finish();
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace carat

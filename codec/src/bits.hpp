@@ -1,0 +1,94 @@
+// Bit strings, least significant bit of each byte first.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "carat/globe/error.hpp"
+
+namespace carat {
+
+class BitWriter {
+  public:
+    // Appends the low `count` bits of value, lowest first; 0 <= count <= 56.
+    void put(std::uint64_t value, int count) {
+        pending_ |= value << filled_;
+        filled_ += count;
+        while (filled_ >= 8) {
+            bytes_.push_back(static_cast<std::byte>(pending_ & 0xFF));
+            pending_ >>= 8;
+            filled_ -= 8;
+        }
+    }
+    // Pads the last byte with zero bits.
+    std::vector<std::byte> finish() {
+        if (filled_ > 0) put(0, 8 - filled_);
+        return std::move(bytes_);
+    }
+
+  private:
+    std::vector<std::byte> bytes_;
+    std::uint64_t pending_ = 0;
+    int filled_ = 0;
+};
+
+// Reads past the end see zero bits; finish() throws if that happened.
+class BitReader {
+  public:
+    explicit BitReader(std::span<const std::byte> bytes) : next_(bytes.data()), end_(next_ + bytes.size()) {}
+
+    // At least 56 bits are buffered after refill (zeros past the end).
+    void refill() {
+        if (end_ - next_ >= 8) {
+            std::uint64_t word = 0;
+            std::memcpy(&word, next_, 8);
+            buffer_ |= word << count_;
+            const int taken = (63 - count_) >> 3;
+            next_ += taken;
+            count_ += taken * 8;
+            return;
+        }
+        while (count_ <= 56) {
+            if (next_ < end_)
+                buffer_ |= static_cast<std::uint64_t>(*next_++) << count_;
+            else
+                past_end_ += 8;
+            count_ += 8;
+        }
+    }
+    std::uint64_t peek() const { return buffer_; }
+    void skip(int bits) {
+        buffer_ >>= bits;
+        count_ -= bits;
+    }
+    std::uint64_t take(int bits) {
+        const std::uint64_t value = buffer_ & ((std::uint64_t{1} << bits) - 1);
+        skip(bits);
+        return value;
+    }
+    // True once more bits were taken than there are.
+    bool overrun() const { return past_end_ > count_; }
+    // The whole string must have been read: only the padding of the last byte may remain, and it must be
+    // zero.
+    void finish() const {
+        if (overrun()) throw Error(ErrorCode::truncated, "bit string ends early");
+        const std::int64_t left = count_ - past_end_ + 8 * (end_ - next_);
+        if (left >= 8 || buffer_ != 0) throw Error(ErrorCode::corrupt, "bit string has bits left over");
+    }
+
+  private:
+    const std::byte* next_;
+    const std::byte* end_;
+    std::uint64_t buffer_ = 0;
+    int count_ = 0;
+    std::int64_t past_end_ = 0;
+};
+
+static_assert(std::endian::native == std::endian::little,
+              "the file is little-endian and so must the machine be");
+
+}  // namespace carat

@@ -1,0 +1,40 @@
+#include "carat/codec/heights.hpp"
+
+#include <cassert>
+
+namespace carat {
+namespace {
+
+// Index coordinate of a lattice offset along one of a frame's orthogonal axes, doubled; exact.
+int doubled(const LatticeVector& offset, const LatticeVector& axis) {
+    const LatticeVector unit{axis.x == 0 ? 0 : (axis.x > 0 ? 1 : -1), axis.y == 0 ? 0 : (axis.y > 0 ? 1 : -1),
+                             axis.z == 0 ? 0 : (axis.z > 0 ? 1 : -1)};
+    return static_cast<int>(2 * dot(offset, unit) / dot(axis, unit));
+}
+
+}  // namespace
+
+ChildMap child_map(DiamondId parent, const Half& child_half, int cells) {
+    const std::optional<Half> inside = parent_half(child_half);
+    assert(inside && inside->diamond == parent);
+    const HalfFrame coarse = half_frame(*inside, cells), fine = half_frame(child_half, cells);
+    const LatticeVector origin = fine.origin - coarse.origin;
+    return {doubled(origin, coarse.u), doubled(origin, coarse.v), doubled(fine.u, coarse.u),
+            doubled(fine.u, coarse.v), doubled(fine.v, coarse.u), doubled(fine.v, coarse.v)};
+}
+
+void gather_half(const RefinedHeights& parent, DiamondId parent_id, const Half& child_half,
+                 std::int32_t* out) {
+    const int n = parent.n;
+    const ChildMap m = child_map(parent_id, child_half, n - 1);
+    for (int i = 0; i < n; ++i) {
+        const int j_begin = child_half.side == 0 ? 0 : i, j_end = child_half.side == 0 ? i + 1 : n;
+        for (int j = j_begin; j < j_end; ++j) {
+            const int p = m.p0 + i * m.pi + j * m.pj, q = m.q0 + i * m.qi + j * m.qj;
+            out[i * n + j] = (p & 1) == 0 ? parent.v[static_cast<std::size_t>((p >> 1) * n + (q >> 1))]
+                                          : parent.c[static_cast<std::size_t>((p >> 1) * (n - 1) + (q >> 1))];
+        }
+    }
+}
+
+}  // namespace carat

@@ -1,0 +1,285 @@
+#include "carat/codec/writer.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <system_error>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "file_header.hpp"
+#include "page.hpp"
+
+namespace carat {
+namespace {
+
+// The diamonds of one page, in slot order.
+struct PageContents {
+    PageKey key;
+    std::vector<PageDiamond> diamonds;
+};
+
+bool is_plain_zero(const PageDiamond& d) { return d.blob.empty() && d.info.mode == Mode::interpolating; }
+
+int level_in_page(int slot) {
+    int j = 0;
+    while (slot >= first_slot(j + 1)) ++j;
+    return j;
+}
+
+// Number of slots of sub-level j that are the page's own.
+int own_slots(PageKey key, DiamondId square, int j) {
+    int own = 0;
+    for (int slot = first_slot(j); slot < first_slot(j + 1); ++slot)
+        own += page_slot(slot_diamond(square, slot)).key == key ? 1 : 0;
+    return own;
+}
+
+// The 64 pages nested in a page.
+std::vector<PageKey> nested_pages(DiamondId square) {
+    std::vector<PageKey> out;
+    const int level = square.level() + kBandLevels;
+    if (level > kDeepestId) return out;
+    const int first = first_slot(4);  // the 16 squares of sub-level 4; each holds 4 of sub-level 6
+    for (int k = 0; k < 16; ++k) {
+        const LatticePoint c = slot_diamond(square, first + k).centre();
+        const std::int64_t h = half_size(level);
+        const LatticeVector u = axis_vector(face_u_axis(square.face()), h),
+                            v = axis_vector(face_v_axis(square.face()), h);
+        for (const int su : {-1, 1})
+            for (const int sv : {-1, 1})
+                out.push_back(page_key(DiamondId::of_centre(narrow(wide(c) + su * u + sv * v))));
+    }
+    return out;
+}
+
+// Finds pages that a single "zero to level D" mark replaces, deepest band first.
+class ZeroMarks {
+  public:
+    explicit ZeroMarks(const std::map<PageKey, PageContents>& pages) : pages_(pages) {
+        for (auto it = pages.rbegin(); it != pages.rend(); ++it)  // keys ascend with the band
+            if (auto span = span_of(it->second)) spans_[it->first] = std::move(*span);
+        for (const auto& [key, span] : spans_) absorb(key, span);
+    }
+    const ZeroSpan* find(PageKey key) const {
+        const auto it = spans_.find(key);
+        return it == spans_.end() ? nullptr : &it->second;
+    }
+    bool absorbed(PageKey key) const { return absorbed_.contains(key); }
+
+  private:
+    std::optional<ZeroSpan> span_of(const PageContents& page) const {
+        if (!std::all_of(page.diamonds.begin(), page.diamonds.end(), is_plain_zero)) return std::nullopt;
+        const DiamondId square = *page_square(page.key);
+        const std::optional<int> full = full_levels(page, square);
+        if (!full) return std::nullopt;
+        ZeroSpan span = own_span(page, square.level(), *full);
+        if (!merge_nested(square, *full, span)) return std::nullopt;
+        return span;
+    }
+    // Number of sub-levels that are refined completely, if the others are not refined at all.
+    std::optional<int> full_levels(const PageContents& page, DiamondId square) const {
+        std::array<int, kBandLevels> count{};
+        for (const PageDiamond& d : page.diamonds) ++count[static_cast<std::size_t>(level_in_page(d.slot))];
+        int full = 0;
+        while (full < kBandLevels && count[static_cast<std::size_t>(full)] > 0) {
+            if (count[static_cast<std::size_t>(full)] != own_slots(page.key, square, full))
+                return std::nullopt;
+            ++full;
+        }
+        for (int j = full; j < kBandLevels; ++j)
+            if (count[static_cast<std::size_t>(j)] > 0) return std::nullopt;
+        if (full == 0) return std::nullopt;
+        return full;
+    }
+    static ZeroSpan own_span(const PageContents& page, int level, int full) {
+        ZeroSpan span{
+            level + full, {INT32_MAX, INT32_MIN, 0}, std::vector<double>(static_cast<std::size_t>(full))};
+        for (const PageDiamond& d : page.diamonds)
+            for (const SummaryValues& s : d.summary) {
+                span.range.include(s);
+                double& delta = span.delta[static_cast<std::size_t>(level_in_page(d.slot))];
+                delta = std::max(delta, s.delta);
+            }
+        return span;
+    }
+    // Extends the span over nested pages: all of them zero to the same level, or none refined.
+    bool merge_nested(DiamondId square, int full, ZeroSpan& span) const {
+        std::vector<const ZeroSpan*> nested;
+        std::size_t present = 0;
+        const std::vector<PageKey> keys = nested_pages(square);
+        for (const PageKey key : keys) {
+            present += pages_.contains(key) ? 1 : 0;
+            if (const auto it = spans_.find(key); it != spans_.end()) nested.push_back(&it->second);
+        }
+        if (present == 0) return true;
+        if (full < kBandLevels || nested.size() != keys.size()) return false;
+        const auto same = [&](const ZeroSpan* z) { return z->end_level == nested[0]->end_level; };
+        if (!std::all_of(nested.begin(), nested.end(), same)) return false;
+        span.end_level = nested[0]->end_level;
+        span.delta.resize(static_cast<std::size_t>(full) + nested[0]->delta.size());
+        for (const ZeroSpan* z : nested) {
+            span.range.min = std::min(span.range.min, z->range.min);
+            span.range.max = std::max(span.range.max, z->range.max);
+            span.range.delta = std::max(span.range.delta, z->range.delta);
+            for (std::size_t k = 0; k < z->delta.size(); ++k) {
+                double& delta = span.delta[static_cast<std::size_t>(full) + k];
+                delta = std::max(delta, z->delta[k]);
+            }
+        }
+        return true;
+    }
+    void absorb(PageKey key, const ZeroSpan& span) {
+        const DiamondId square = *page_square(key);
+        if (span.end_level <= square.level() + kBandLevels) return;
+        for (const PageKey nested : nested_pages(square)) absorbed_.insert(nested);
+    }
+
+    const std::map<PageKey, PageContents>& pages_;
+    std::unordered_map<PageKey, ZeroSpan> spans_;
+    std::unordered_set<PageKey> absorbed_;
+};
+
+}  // namespace
+
+struct RepositoryWriter::State {
+    std::filesystem::path path, partial;
+    std::ofstream file;
+    FileHeader header;
+    std::vector<PartEntry> parts;
+    bool finished = false;
+
+    std::uint64_t position() { return static_cast<std::uint64_t>(file.tellp()); }
+    void append(std::span<const std::byte> bytes) {
+        file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        check();
+    }
+    void check() {
+        if (file) return;
+        throw Error(ErrorCode::io, partial.string() + ": cannot write: " + std::strerror(errno));
+    }
+    void add_part(PageKey key, int first, std::span<const std::byte> bytes) {
+        parts.push_back(
+            {key, position(), static_cast<std::uint32_t>(bytes.size()), static_cast<std::uint16_t>(first)});
+        append(bytes);
+    }
+    void write_page(const PageContents& page);
+    Extent write_directory();
+};
+
+// Splits a page greedily: a part takes slots while it stays within kMaxPartBytes, and at least one diamond.
+void RepositoryWriter::State::write_page(const PageContents& page) {
+    const std::span<const PageDiamond> all(page.diamonds);
+    std::size_t begin = 0;
+    int first = 0;
+    while (begin < all.size()) {
+        std::size_t cost = kPartHeaderBytes + (kPageSlots + 7) / 8, end = begin;
+        while (end < all.size() && (end == begin || cost + part_cost(all[end]) <= kMaxPartBytes))
+            cost += part_cost(all[end++]);
+        const int last = end < all.size() ? all[end].slot : kPageSlots;
+        add_part(page.key, first,
+                 encode_part(page.key, first, last - first, all.subspan(begin, end - begin)));
+        first = last;
+        begin = end;
+    }
+}
+
+Extent RepositoryWriter::State::write_directory() {
+    std::vector<std::byte> top;
+    for (std::size_t begin = 0; begin < parts.size(); begin += kDirectoryBlockEntries) {
+        const std::size_t end = std::min(parts.size(), begin + kDirectoryBlockEntries);
+        std::vector<std::byte> block;
+        for (std::size_t k = begin; k < end; ++k) put(block, parts[k]);
+        put(top, BlockEntry{parts[begin].key, parts[begin].first_slot,
+                            static_cast<std::uint32_t>(end - begin), position(), checksum_of(block)});
+        append(block);
+    }
+    const Extent extent{position(), static_cast<std::uint32_t>(top.size()), checksum_of(top)};
+    append(top);
+    return extent;
+}
+
+RepositoryWriter::RepositoryWriter(std::filesystem::path path, WriterSetup setup, const EncodedRoots& roots)
+    : state_(std::make_unique<State>()) {
+    State& s = *state_;
+    s.path = std::move(path);
+    s.partial = s.path.string() + ".partial";
+    s.file.open(s.partial, std::ios::binary | std::ios::trunc);
+    if (!s.file) throw Error(ErrorCode::io, s.partial.string() + ": cannot create: " + std::strerror(errno));
+    s.header.info.log2_cells = setup.log2_cells;
+    s.header.info.quantum = setup.quantum;
+    s.header.info.tolerance = setup.tolerance;
+    s.header.info.body_a = setup.body.a();
+    s.header.info.body_b = setup.body.b();
+    s.header.info.body = setup.body.name();
+    s.header.info.vertical_datum = std::move(setup.vertical_datum);
+    s.header.info.provenance = std::move(setup.provenance);
+    s.header.radii = std::move(setup.radii);
+    s.header.info.min_height = INT32_MAX;
+    s.header.info.max_height = INT32_MIN;
+    for (const auto& face : roots.heights)
+        for (const std::int32_t h : face) {
+            s.header.info.min_height = std::min(s.header.info.min_height, h);
+            s.header.info.max_height = std::max(s.header.info.max_height, h);
+        }
+    s.append(s.header.to_bytes());  // holds the place; every length is known
+    s.header.roots = {s.position(), static_cast<std::uint32_t>(roots.bytes.size()), checksum_of(roots.bytes)};
+    s.append(roots.bytes);
+}
+
+RepositoryWriter::~RepositoryWriter() {
+    if (state_->finished) return;
+    state_->file.close();
+    std::error_code ignored;
+    std::filesystem::remove(state_->partial, ignored);
+}
+
+void RepositoryWriter::write(std::vector<DiamondRecord> diamonds) {
+    State& s = *state_;
+    std::map<PageKey, PageContents> pages;
+    for (const DiamondRecord& d : diamonds) {
+        const PageSlot at = page_slot(d.id);
+        PageContents& page = pages[at.key];
+        page.key = at.key;
+        page.diamonds.push_back({at.slot, d.residuals.info, d.residuals.blob, d.summary});
+        s.header.info.deepest_level = std::max(s.header.info.deepest_level, d.id.level() + 1);
+        for (const SummaryValues& half : d.summary) {
+            s.header.info.min_height = std::min(s.header.info.min_height, half.min);
+            s.header.info.max_height = std::max(s.header.info.max_height, half.max);
+        }
+    }
+    s.header.info.refined_diamonds = diamonds.size();
+    for (auto& [key, page] : pages)
+        std::sort(page.diamonds.begin(), page.diamonds.end(),
+                  [](const PageDiamond& a, const PageDiamond& b) { return a.slot < b.slot; });
+    const ZeroMarks zero(pages);
+    for (const auto& [key, page] : pages) {
+        if (zero.absorbed(key)) continue;
+        if (const ZeroSpan* span = zero.find(key))
+            s.add_part(key, 0, encode_zero_page(key, *span));
+        else
+            s.write_page(page);
+    }
+}
+
+std::uint64_t RepositoryWriter::finish() {
+    State& s = *state_;
+    assert(s.header.radii.size() == static_cast<std::size_t>(s.header.info.deepest_level) + 1);
+    s.header.directory = s.write_directory();
+    s.header.file_bytes = s.position();
+    s.file.seekp(0);
+    s.append(s.header.to_bytes());
+    s.file.close();
+    s.check();
+    std::error_code failed;
+    std::filesystem::rename(s.partial, s.path, failed);
+    if (failed)
+        throw Error(ErrorCode::io, s.path.string() + ": cannot rename into place: " + failed.message());
+    s.finished = true;
+    return s.header.file_bytes;
+}
+
+}  // namespace carat
