@@ -1,0 +1,78 @@
+// The builder: source heights in, a repository file out.
+//
+//   depth     a diamond is refined while its spacing exceeds the finest source spacing somewhere inside it (times
+//             2^(depth_bias/2)); its parents with it, so that the refined set is closed upwards
+//   samples   source heights are taken at lattice points, each once, rounded to the quantum
+//   passes    fine to coarse: filtering (modes 1 and 2); coarse to fine: coding; fine to coarse: summaries
+//   threads   parallel over the diamonds of a level; the bytes do not depend on their number
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "carat/codec/diamond_codec.hpp"
+#include "carat/globe/ellipsoid.hpp"
+#include "carat/preprocess/layer.hpp"
+#include "carat/preprocess/source.hpp"
+
+namespace carat {
+
+struct BuildOptions {
+    std::vector<LayerOptions> layers;  // in priority order
+    double tolerance = 1;              // metres: greatest |reconstructed - source| at lattice points
+    std::optional<double> quantum;     // metres; default: default_quantum(tolerance)
+    Ellipsoid body = Ellipsoid::earth();
+    std::string vertical_datum = "unstated";
+    double base_height = 0;  // metres, where no layer has data
+    Mode mode = Mode::interpolating;
+    int depth_bias = 0;       // levels added (or, if negative, left out)
+    int max_level = 40;       // no diamond of this level or deeper is refined
+    int log2_cells = 6;
+    int threads = 0;                    // 0: all
+    std::size_t memory_bytes = 1u << 30;  // for decoded source blocks
+    bool overwrite = false;
+
+    std::filesystem::path output;
+};
+
+// Stages of a build, for progress bars. done and total count diamonds.
+enum class BuildStage { opening, planning, sampling, filtering, coding, summarising, writing };
+const char* to_string(BuildStage stage);
+
+struct BuildProgress {
+    BuildStage stage = BuildStage::opening;
+    std::uint64_t done = 0, total = 0;
+};
+// Called from one thread at a time, at most about ten times a second. Returning false cancels: Error(usage)
+// "cancelled" is thrown and nothing is left behind.
+using ProgressFunction = std::function<bool(const BuildProgress&)>;
+
+// What a build will do or has done.
+struct BuildPlan {
+    std::vector<LayerInfo> layers;
+    std::vector<std::string> warnings;
+    std::vector<std::uint64_t> refined_by_level;
+    std::uint64_t refined = 0;
+    std::uint64_t leaf_samples = 0;    // distinct lattice points with a coded height
+    std::uint64_t source_samples = 0;  // valid samples of all layers
+};
+
+struct BuildReport {
+    BuildPlan plan;
+    std::uint64_t file_bytes = 0;
+    std::uint64_t coded_diamonds = 0, zero_diamonds = 0;
+    double max_error = 0, rms_error = 0;  // metres, at lattice points, rounding to the quantum included
+    double seconds = 0;
+    std::vector<std::pair<BuildStage, double>> stage_seconds;
+};
+
+// Opens the sources and finds the refined diamonds; writes nothing (--dry-run).
+BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& progress = {});
+// Throws Error: usage (options, output exists), io, limit, and what SourceStack throws.
+BuildReport build_repository(const BuildOptions& options, const ProgressFunction& progress = {});
+
+}  // namespace carat
