@@ -1,6 +1,7 @@
 // The builder: source heights in, a repository file out.
 //
-//   depth     a diamond is refined while its spacing exceeds the finest source spacing somewhere inside it (times
+//   depth     a diamond is refined while its spacing exceeds the finest source spacing somewhere inside it
+//   (times
 //             2^(depth_bias/2)); its parents with it, so that the refined set is closed upwards
 //   samples   source heights are taken at lattice points, each once, rounded to the quantum
 //   passes    fine to coarse: filtering (modes 1 and 2); coarse to fine: coding; fine to coarse: summaries
@@ -29,10 +30,10 @@ struct BuildOptions {
     std::string vertical_datum = "unstated";
     double base_height = 0;  // metres, where no layer has data
     Mode mode = Mode::interpolating;
-    int depth_bias = 0;       // levels added (or, if negative, left out)
-    int max_level = 40;       // no diamond of this level or deeper is refined
+    int depth_bias = 0;  // levels added (or, if negative, left out)
+    int max_level = 40;  // no diamond of this level or deeper is refined
     int log2_cells = 6;
-    int threads = 0;                    // 0: all
+    int threads = 0;                      // 0: all
     std::size_t memory_bytes = 1u << 30;  // for decoded source blocks
     bool overwrite = false;
 

@@ -1,0 +1,174 @@
+#include "carat/preprocess/build.hpp"
+
+#include <tbb/global_control.h>
+
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "build_passes.hpp"
+#include "build_plan.hpp"
+#include "carat/globe/error.hpp"
+
+namespace carat {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void check(const BuildOptions& o) {
+    if (o.layers.empty()) throw Error(ErrorCode::usage, "no layers: name at least one raster");
+    if (!(o.tolerance > 0) || !std::isfinite(o.tolerance))
+        throw Error(ErrorCode::usage, "tolerance must be positive, in metres");
+    if (!std::isfinite(o.base_height)) throw Error(ErrorCode::usage, "base height is not finite");
+    if (o.log2_cells < 4 || o.log2_cells > 7)
+        throw Error(ErrorCode::usage, "patches have 16 to 128 cells a side");
+    if (o.max_level < 0 || o.max_level >= kDeepestId)
+        throw Error(ErrorCode::usage, "the deepest level is below " + std::to_string(kDeepestId));
+}
+
+std::optional<tbb::global_control> limit_threads(int threads) {
+    if (threads <= 0) return std::nullopt;
+    return std::optional<tbb::global_control>(std::in_place, tbb::global_control::max_allowed_parallelism,
+                                              static_cast<std::size_t>(threads));
+}
+
+BuildPlan describe(const SourceStack& sources, const RefinedLevels& levels, int cells) {
+    BuildPlan plan;
+    plan.layers = sources.layers();
+    plan.warnings = sources.warnings();
+    for (const auto& level : levels) {
+        plan.refined_by_level.push_back(level.size());
+        plan.refined += level.size();
+    }
+    const auto side = static_cast<std::uint64_t>(cells);
+    plan.leaf_samples = kFaces * side * side + 2 + plan.refined * side * side;
+    for (const LayerInfo& layer : plan.layers) plan.source_samples += layer.valid_samples;
+    return plan;
+}
+
+Json layer_json(const LayerInfo& info, const LayerOptions& options) {
+    Json files = Json::array();
+    for (const FileInfo& f : info.files)
+        files.push_back({{"name", std::filesystem::path(f.path).filename().string()},
+                         {"bytes", f.bytes},
+                         {"xxh3", f.hash},
+                         {"width", f.width},
+                         {"height", f.height}});
+    Json out{{"name", info.name}, {"files", files}, {"resampling", to_string(options.resampling)}};
+    if (options.nodata) out["nodata"] = *options.nodata;
+    if (options.valid_range) out["valid_range"] = *options.valid_range;
+    if (options.bounds) out["bounds"] = *options.bounds;
+    if (!options.geoid.empty()) out["geoid"] = std::filesystem::path(options.geoid).filename().string();
+    return out;
+}
+
+std::string provenance(const BuildOptions& o, const BuildPlan& plan) {
+    Json layers = Json::array();
+    for (std::size_t k = 0; k < plan.layers.size(); ++k)
+        layers.push_back(layer_json(plan.layers[k], o.layers[k]));
+    return Json{{"program", "carat"},
+                {"layers", layers},
+                {"base_height", o.base_height},
+                {"mode", static_cast<int>(o.mode)},
+                {"depth_bias", o.depth_bias},
+                {"max_level", o.max_level},
+                {"source_samples", plan.source_samples}}
+        .dump();
+}
+
+BuildTree make_tree(const RefinedLevels& levels) {
+    BuildTree tree;
+    for (const auto& ids : levels) {
+        auto& level = tree.levels.emplace_back(ids.size());
+        for (std::size_t k = 0; k < ids.size(); ++k) level[k].id = ids[k];
+    }
+    tree.index();
+    return tree;
+}
+
+ErrorSum root_errors(const BuildContext& context, const FaceHeights& source, const EncodedRoots& coded) {
+    ErrorSum sum;
+    for (std::size_t face = 0; face < kFaces; ++face)
+        for (std::size_t k = 0; k < source[face].size(); ++k)
+            sum.add(context.quantum *
+                    (std::abs(static_cast<double>(source[face][k]) - coded.heights[face][k]) + 0.5));
+    return sum;
+}
+
+std::vector<DiamondRecord> take_records(BuildTree& tree) {
+    std::vector<DiamondRecord> records;
+    records.reserve(tree.count());
+    for (auto& level : tree.levels)
+        for (BuildDiamond& d : level) records.push_back({d.id, std::move(d.residuals), d.summary});
+    return records;
+}
+
+WriterSetup writer_setup(const BuildContext& context, const BuildPlan& plan, int depth) {
+    WriterSetup setup;
+    setup.log2_cells = context.options.log2_cells;
+    setup.quantum = context.quantum;
+    setup.tolerance = context.options.tolerance;
+    setup.body = context.options.body;
+    setup.vertical_datum = context.options.vertical_datum;
+    setup.provenance = provenance(context.options, plan);
+    setup.radii.assign(static_cast<std::size_t>(depth) + 1, context.radius);
+    return setup;
+}
+
+}  // namespace
+
+BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& callback) {
+    check(options);
+    const auto threads = limit_threads(options.threads);
+    ProgressReporter progress(callback);
+    const SourceStack sources(options.layers, options.body, options.base_height, options.memory_bytes);
+    progress.begin(BuildStage::planning, 0);
+    return describe(sources, plan_depth(options, sources, progress), 1 << options.log2_cells);
+}
+
+BuildReport build_repository(const BuildOptions& options, const ProgressFunction& callback) {
+    const auto started = std::chrono::steady_clock::now();
+    check(options);
+    if (!options.overwrite && std::filesystem::exists(options.output))
+        throw Error(ErrorCode::usage, options.output.string() + ": exists already; --overwrite replaces it");
+    const double quantum = options.quantum.value_or(default_quantum(options.tolerance));
+    const std::int32_t radius = quantizer_radius(options.tolerance, quantum);
+    const auto threads = limit_threads(options.threads);
+    ProgressReporter progress(callback);
+    const SourceStack sources(options.layers, options.body, options.base_height, options.memory_bytes);
+
+    BuildReport report;
+    progress.begin(BuildStage::planning, 0);
+    const RefinedLevels levels = plan_depth(options, sources, progress);
+    report.plan = describe(sources, levels, 1 << options.log2_cells);
+    BuildTree tree = make_tree(levels);
+    const BuildContext context{options, sources, quantum, radius, progress};
+
+    progress.begin(options.mode == Mode::interpolating ? BuildStage::sampling : BuildStage::filtering,
+                   tree.count());
+    const FaceHeights roots =
+        options.mode == Mode::interpolating ? sample_roots(context) : filter_tree(context, tree);
+    const EncodedRoots coded = encode_roots(roots, context.n(), radius);
+    ErrorSum errors = root_errors(context, roots, coded);
+
+    progress.begin(BuildStage::coding, tree.count());
+    errors.add(code_tree(context, coded.heights, tree));
+    progress.begin(BuildStage::summarising, tree.count());
+    summarise_tree(context, tree);
+
+    progress.begin(BuildStage::writing, tree.count());
+    RepositoryWriter writer(options.output, writer_setup(context, report.plan, tree.depth()), coded);
+    std::vector<DiamondRecord> records = take_records(tree);
+    for (const DiamondRecord& r : records)
+        ++(r.residuals.blob.empty() ? report.zero_diamonds : report.coded_diamonds);
+    writer.write(std::move(records));
+    report.file_bytes = writer.finish();
+    report.max_error = errors.max;
+    report.rms_error = std::sqrt(errors.squares / static_cast<double>(errors.count));
+    report.stage_seconds = progress.stage_seconds();
+    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return report;
+}
+
+}  // namespace carat
