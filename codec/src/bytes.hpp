@@ -1,6 +1,8 @@
 // Little-endian numbers in byte strings.
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -16,9 +18,8 @@ namespace carat {
 template <class T>
 void put(std::vector<std::byte>& out, T value) {
     static_assert(std::is_arithmetic_v<T>);
-    const std::size_t at = out.size();
-    out.resize(at + sizeof(T));
-    std::memcpy(out.data() + at, &value, sizeof(T));
+    const auto raw = std::bit_cast<std::array<std::byte, sizeof(T)>>(value);
+    out.insert(out.end(), raw.begin(), raw.end());
 }
 
 // LEB128: 7 bits a byte, lowest first.

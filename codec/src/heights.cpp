@@ -14,7 +14,7 @@ int doubled(const LatticeVector& offset, const LatticeVector& axis) {
 
 }  // namespace
 
-ChildMap child_map(DiamondId parent, const Half& child_half, int cells) {
+ChildMap child_map([[maybe_unused]] DiamondId parent, const Half& child_half, int cells) {
     const std::optional<Half> inside = parent_half(child_half);
     assert(inside && inside->diamond == parent);
     const HalfFrame coarse = half_frame(*inside, cells), fine = half_frame(child_half, cells);
