@@ -8,6 +8,7 @@ set(CARAT_ALLOWED_globe "")
 set(CARAT_ALLOWED_codec "globe")
 set(CARAT_ALLOWED_preprocess "globe;codec")
 set(CARAT_ALLOWED_render "globe;codec")
+set(CARAT_ALLOWED_vulkan "render;globe")
 set(CARAT_ALLOWED_synth "globe")
 
 function(carat_flags target)

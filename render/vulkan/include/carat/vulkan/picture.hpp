@@ -1,0 +1,37 @@
+// Pictures in memory and in files.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace carat {
+
+// Rows from the top, channels interleaved; row-major. Colour channels are linear light, Rec. 709 primaries, 1
+// = white.
+struct Picture {
+    int width = 0, height = 0;          // pixels
+    std::vector<std::string> channels;  // "R", "G", "B", "A", "Z", ...: names by OpenEXR convention
+    std::vector<float> values;          // width * height * channels.size()
+
+    const float* at(int x, int y) const {
+        return values.data() +
+               (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
+                   channels.size();
+    }
+};
+
+// sRGB transfer function (IEC 61966-2-1), linear [0, 1] to encoded [0, 1]; clamps, NaN to 0.
+float srgb_encode(float linear);
+// Its inverse.
+float srgb_decode(float encoded);
+
+enum class PixelType { automatic, half, float32 };
+
+// Writes a picture through OpenImageIO; the format follows from the file's extension.
+//   .exr              linear, half for colour (R, G, B, A) and float for everything else unless `type` says
+//   .png and others   8 bits a channel, sRGB-encoded
+// Written under a temporary name beside `path` and renamed when complete. Throws Error(usage) for an empty
+// picture or an unknown extension and Error(io) when the file cannot be written. Thread-safe.
+void write_picture(const std::string& path, const Picture& picture, PixelType type = PixelType::automatic);
+
+}  // namespace carat

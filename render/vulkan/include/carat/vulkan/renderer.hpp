@@ -1,0 +1,125 @@
+// Draws patch meshes with Vulkan 1.3, without a window: on a discrete GPU, or in software on Mesa lavapipe.
+//
+//   frame     body-fixed axes as in globe; positions int64 in length units, directions unit vectors
+//   picture   pixel (0,0) top left; linear light; distances in metres
+//   depth     float, reversed (near / z), no far plane: relative resolution 2^-24 at every distance
+//   vertex    (anchor - eye + offset) is exact in 64-bit integers, then rounded to float metres with a
+//   relative error of at
+//             most 2^-23; the same integers give the same clip position whichever patch draws them
+//   memory    patches live in fixed slots of device memory (capacity), least recently used first out; a list
+//   longer than
+//             the capacity is drawn in batches and costs uploads, never holes
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "carat/globe/ellipsoid.hpp"
+#include "carat/render/patch_mesh.hpp"
+#include "carat/vulkan/colour_table.hpp"
+#include "carat/vulkan/picture.hpp"
+
+namespace carat {
+
+// Names of the Vulkan devices present, in the loader's order. Throws Error(unsupported) when there is no
+// Vulkan loader or driver.
+std::vector<std::string> vulkan_devices();
+
+struct RendererOptions {
+    std::string device;  // part of a name or an index of vulkan_devices(); empty: discrete before integrated,
+                         // software last
+    bool validation = false;               // load VK_LAYER_KHRONOS_validation; see Renderer::messages()
+    int cells = 64;                        // of every patch: a power of two, 2 to 128
+    int capacity = 4096;                   // patch slots at most; memory is taken in chunks as they fill
+    std::size_t upload_bytes = 16u << 20;  // staging ring
+};
+
+struct Light {
+    Vec3 direction{1, 0, 0};         // towards the light, unit, body frame
+    double ambient = 0.08;           // share of the light that comes from everywhere, [0, 1]
+    double exposure = 1;             // factor on the linear colour
+    double relief_exaggeration = 1;  // factor on slopes for shading only
+};
+
+// Pictures besides colour. Samples at pixel centres, never averaged; background 0.
+struct Aovs {
+    bool depth = false;     // metres along the view axis
+    bool position = false;  // relative to the eye, body axes, metres
+    bool normal = false;    // shading normal, body axes, unit
+    bool height = false;    // metres above the datum surface
+    bool patch = false;     // which half was drawn
+
+    bool any() const { return depth || position || normal || height || patch; }
+};
+
+struct DrawRequest {
+    Camera camera;
+    Light light;
+    std::array<float, 3> background{0, 0, 0};  // linear
+    Aovs aovs;
+    int samples = 1;  // a pixel, for colour: 1, 2, 4 or 8; the greatest supported number not above it is used
+    double near_plane = 0;  // metres along the view axis; 0: a tenth of a metre
+    bool cull_back_faces = true;
+};
+
+struct FrameCounters {
+    std::uint64_t patches_drawn = 0, patches_uploaded = 0, triangles = 0, bytes_uploaded = 0;
+    int batches = 0;
+    int samples = 0;                                    // a pixel, as used
+    double upload_ms = 0, gpu_ms = 0, readback_ms = 0;  // gpu_ms by time stamps, 0 where the device has none
+};
+
+struct Frame {
+    Picture colour;    // R, G, B, A: A is coverage; background not premultiplied in but filled
+    Picture depth;     // Z
+    Picture position;  // X, Y, Z
+    Picture normal;    // X, Y, Z
+    Picture height;    // Y
+    std::vector<std::uint64_t> patch;  // DiamondId * 2 + side by pixel, row-major; all ones: background
+    FrameCounters counters;
+};
+
+// Half of a Frame::patch entry. Precondition: not background.
+Half half_of_pixel(std::uint64_t entry);
+inline constexpr std::uint64_t kNoPatch = ~std::uint64_t{0};
+
+using PatchList = std::span<const std::shared_ptr<const PatchMesh>>;
+
+// One device and the patches resident on it. Not thread-safe; several renderers may live in several threads.
+class Renderer {
+  public:
+    // `metres_per_unit`: the length unit of all meshes and cameras, a power of two.
+    // Throws Error(unsupported) when no device fits or the validation layer is missing, Error(usage) for bad
+    // options.
+    Renderer(const Ellipsoid& body, double metres_per_unit, const RendererOptions& options = {});
+    ~Renderer();
+    Renderer(Renderer&&) noexcept;
+    Renderer& operator=(Renderer&&) noexcept;
+
+    const std::string& device_name() const;
+
+    // Colours by height and latitude; initially colours_of(body.name()).
+    void set_colours(const ColourTable& table);
+
+    // Draws the patches. A mesh is uploaded when its half is not resident with the same mesh object.
+    // Throws Error(usage) for a bad request or a mesh of other cells, Error(limit) when the picture exceeds
+    // what the device can draw or the memory it has, Error(io) when the device is lost.
+    Frame draw(const DrawRequest& request, PatchList patches);
+
+    // Clip positions of a mesh's vertices as the vertex shader computes them.
+    std::vector<std::array<float, 4>> clip_positions(const DrawRequest& request,
+                                                     const std::shared_ptr<const PatchMesh>& mesh);
+
+    // What the validation layer has said so far: empty if all is well or validation is off.
+    std::vector<std::string> messages() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace carat

@@ -1,0 +1,32 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#include "shared.h"
+layout(std430, set = 0, binding = kBindFrame) readonly buffer Frame { FrameData frame; };
+#include "surface.glsl"
+
+layout(location = 0) in vec3 in_relative;
+layout(location = 1) in vec3 in_normal;
+layout(location = 2) in vec3 in_up;
+layout(location = 3) in float in_height;
+layout(location = 4) flat in uvec2 in_patch;
+
+#ifdef CARAT_COLOUR
+layout(location = 0) out vec4 out_colour;  // linear, alpha 1
+#endif
+#ifdef CARAT_AOV
+layout(location = AOV_FIRST) out vec4 out_position;    // relative to the eye, body axes, metres; w: depth along forward
+layout(location = AOV_FIRST + 1) out vec4 out_normal;  // unit; w: height, metres
+layout(location = AOV_FIRST + 2) out uvec2 out_patch;
+#endif
+
+void main() {
+#ifdef CARAT_COLOUR
+    out_colour = vec4(surface_colour(in_normal, in_up, in_height), 1.0);
+#endif
+#ifdef CARAT_AOV
+    out_position = vec4(in_relative, dot(frame.forward.xyz, in_relative));
+    out_normal = vec4(normalize(in_normal), in_height);
+    out_patch = in_patch;
+#endif
+}

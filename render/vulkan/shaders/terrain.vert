@@ -1,0 +1,33 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#include "shared.h"
+#include "position.glsl"
+
+layout(location = 0) out vec3 out_relative;
+layout(location = 1) out vec3 out_normal;
+layout(location = 2) out vec3 out_up;
+layout(location = 3) out float out_height;
+layout(location = 4) flat out uvec2 out_patch;
+
+invariant gl_Position;
+
+vec3 octahedral(vec2 e) {
+    vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
+    float fold = max(-n.z, 0.0);
+    n.x += n.x >= 0.0 ? -fold : fold;
+    n.y += n.y >= 0.0 ? -fold : fold;
+    return normalize(n);
+}
+
+void main() {
+    VertexData v = vertices[gl_VertexIndex];
+    PatchData p = patches[gl_InstanceIndex];
+    vec3 relative = relative_to_eye(p, v);
+    gl_Position = clip_position(relative);
+    out_relative = relative;
+    out_normal = octahedral(unpackSnorm2x16(v.normal));
+    out_up = normalize((relative + frame.eye.xyz) * frame.body.xyz);
+    out_height = v.height;
+    out_patch = uvec2(p.id_low, p.id_high);
+}

@@ -1,0 +1,72 @@
+#include "frame_data.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace carat {
+
+namespace {
+
+constexpr double kNearPlane = 0.1;  // metres
+
+double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+gpu::vec4 pack(const Vec3& v, double w) {
+    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]),
+            static_cast<float>(w)};
+}
+
+void require(bool good, const char* what) {
+    if (!good) throw Error(ErrorCode::usage, std::string("draw request: ") + what);
+}
+
+bool unit(const Vec3& v) { return std::abs(dot(v, v) - 1) < 1e-6; }
+
+}  // namespace
+
+void check_request(const DrawRequest& request) {
+    const Camera& c = request.camera;
+    require(c.width > 0 && c.height > 0, "the picture has no pixels");
+    require(c.vertical_fov > 0 && c.vertical_fov < std::numbers::pi,
+            "the field of view must be between 0 and 180 degrees");
+    require(unit(c.right) && unit(c.up) && unit(c.forward), "the camera's axes must be unit vectors");
+    require(std::abs(dot(c.right, c.up)) < 1e-6 && std::abs(dot(c.up, c.forward)) < 1e-6 &&
+                std::abs(dot(c.right, c.forward)) < 1e-6,
+            "the camera's axes must be perpendicular");
+    require(unit(request.light.direction), "the light's direction must be a unit vector");
+    require(request.light.ambient >= 0 && request.light.ambient <= 1,
+            "ambient light must be a share from 0 to 1");
+    require(std::isfinite(request.light.exposure) && request.light.exposure >= 0,
+            "exposure must not be negative");
+    require(std::isfinite(request.light.relief_exaggeration), "the relief exaggeration must be finite");
+    require(request.samples >= 1 && request.samples <= 8, "samples must be 1 to 8");
+    require(std::isfinite(request.near_plane) && request.near_plane >= 0,
+            "the near plane must not be behind the eye");
+}
+
+gpu::FrameData make_frame_data(const DrawRequest& request, const Ellipsoid& body, double metres_per_unit,
+                               const vk::TableTexture& table) {
+    const Camera& c = request.camera;
+    const double vertical = 1 / std::tan(c.vertical_fov / 2);
+    const double horizontal = vertical * c.height / c.width;
+    const double flattening = body.a() * body.a() / (body.b() * body.b());
+    const Light& light = request.light;
+    gpu::FrameData data{};
+    data.eye_x = c.eye[0];
+    data.eye_y = c.eye[1];
+    data.eye_z = c.eye[2];
+    data.metres_per_unit = static_cast<float>(metres_per_unit);
+    data.near_plane = static_cast<float>(request.near_plane > 0 ? request.near_plane : kNearPlane);
+    data.right = pack(c.right, horizontal);
+    data.up = pack(c.up, vertical);
+    data.forward = pack(c.forward, 0);
+    data.light = pack(light.direction, light.ambient);
+    data.body = pack({1, 1, flattening}, light.exposure);
+    data.table = {table.sea_floor, table.sea_level, table.top, static_cast<float>(light.relief_exaggeration)};
+    data.eye = pack({double(c.eye[0]) * metres_per_unit, double(c.eye[1]) * metres_per_unit,
+                     double(c.eye[2]) * metres_per_unit},
+                    0);
+    return data;
+}
+
+}  // namespace carat

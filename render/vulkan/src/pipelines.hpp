@@ -1,0 +1,51 @@
+// Descriptor layout and pipelines; variants are made when first asked for.
+#pragma once
+
+#include <map>
+#include <tuple>
+
+#include "device.hpp"
+
+namespace carat::vk {
+
+inline constexpr VkFormat kColourFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
+inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
+inline constexpr VkFormat kPositionFormat = VK_FORMAT_R32G32B32A32_SFLOAT;  // and depth
+inline constexpr VkFormat kNormalFormat = VK_FORMAT_R32G32B32A32_SFLOAT;    // and height
+inline constexpr VkFormat kPatchFormat = VK_FORMAT_R32G32_UINT;
+
+// One pass over the patches.
+struct PassKind {
+    bool colour = true, aovs = false;
+    VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
+    bool cull_back_faces = true;
+
+    auto key() const { return std::tuple(colour, aovs, int(samples), cull_back_faces); }
+};
+
+struct ProbeRange {
+    std::uint32_t slot, vertex_count;
+};
+
+class Pipelines {
+  public:
+    explicit Pipelines(const Device& device);
+
+    VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }
+    VkPipelineLayout layout() const { return layout_.get(); }
+    VkPipeline draw(const PassKind& kind);
+    VkPipeline probe();
+
+  private:
+    Pipeline make_draw(const PassKind& kind) const;
+    Pipeline make_probe() const;
+
+    const Device& device_;
+    SetLayout set_layout_;
+    PipelineLayout layout_;
+    PipelineCache cache_;
+    std::map<decltype(PassKind{}.key()), Pipeline> draws_;
+    Pipeline probe_;
+};
+
+}  // namespace carat::vk

@@ -1,0 +1,17 @@
+// The shaders, compiled by the build.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace carat::vk {
+
+using Spirv = std::span<const std::uint32_t>;
+
+extern const Spirv kTerrainVertex;
+extern const Spirv kTerrainColour;     // writes colour
+extern const Spirv kTerrainColourAov;  // colour and AOVs
+extern const Spirv kTerrainAov;        // AOVs only
+extern const Spirv kProbe;
+
+}  // namespace carat::vk
