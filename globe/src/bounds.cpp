@@ -120,7 +120,8 @@ BoundingBall bounding_ball(const Ellipsoid& body, const Half& half, double min_h
     const double highest = std::max(std::abs(min_height), std::abs(max_height));
     ball.radius += interpolation_error(second_derivative_bound(body, half), hypotenuse) +
                    interpolation_error(kNormalSecond, hypotenuse) * highest;
-    ball.radius *= 1 + 1e-9;  // rounding of the sums above
+    // Rounding of the centre, the points and the sums, so that positions rounded to double are inside too.
+    ball.radius += 1e-15 * (body.a() + highest) + 1e-9 * ball.radius;
     return ball;
 }
 

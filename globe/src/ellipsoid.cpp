@@ -4,11 +4,19 @@
 #include <GeographicLib/Math.hpp>
 #include <charconv>
 #include <cmath>
+#include <vector>
 
 #include "carat/globe/error.hpp"
 #include "derivative.hpp"
 
 namespace carat {
+namespace {
+
+// Within these, squares neither overflow nor vanish and the derivative bounds are true (tests/globe).
+constexpr double kLeastAxis = 1e-3, kGreatestAxis = 1e12;
+constexpr double kMostOblate = 10;
+
+}  // namespace
 
 Vec3 direction(const Geodetic& g) {
     if (!std::isfinite(g.latitude) || std::abs(g.latitude) > 90 || !std::isfinite(g.longitude))
@@ -29,9 +37,12 @@ Geodetic geodetic(const Vec3& n) {
 
 Ellipsoid::Ellipsoid(double equatorial, double polar, std::string name)
     : a_(equatorial), b_(polar), name_(std::move(name)) {
-    if (!std::isfinite(a_) || !std::isfinite(b_) || !(b_ > 0) || !(a_ >= b_))
-        throw Error(ErrorCode::usage, "semi-axes " + std::to_string(a_) + ", " + std::to_string(b_) +
-                                          " m are not an oblate ellipsoid: 0 < polar <= equatorial");
+    // Negated, so that NaN is refused.
+    if (!(b_ <= a_ && b_ >= a_ / kMostOblate && a_ >= kLeastAxis && a_ <= kGreatestAxis))
+        throw Error(ErrorCode::usage,
+                    "semi-axes " + std::to_string(a_) + ", " + std::to_string(b_) +
+                        " m are not an oblate ellipsoid: equatorial / 10 <= polar <= equatorial, "
+                        "1 mm <= equatorial <= 1e12 m");
     const DerivativeBounds d = derivative_bounds(*this);
     d2_ = d.second;
     d3_ = d.third;

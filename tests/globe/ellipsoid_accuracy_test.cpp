@@ -195,7 +195,7 @@ TEST(Geodetic, PlacesThatAreNoneAreRefused) {
 }
 
 TEST(Ellipsoid, DegenerateBodiesAreRefused) {
-    const std::array<std::array<double, 2>, 12> axes{{{0, 0},
+    const std::array<std::array<double, 2>, 13> axes{{{0, 0},
                                                       {1, 0},
                                                       {-1, -1},
                                                       {1, 2},
@@ -206,7 +206,8 @@ TEST(Ellipsoid, DegenerateBodiesAreRefused) {
                                                       {1, -1},
                                                       {1e200, 1e200},    // squares overflow
                                                       {1e-200, 1e-200},  // squares vanish
-                                                      {1e7, 1e-3}}};     // a disc, not a body
+                                                      {1e7, 1e-3},       // a disc
+                                                      {1000, 99.9}}};
     for (const auto& [a, b] : axes)
         expect_usage_error(
             [a = a, b = b] {

@@ -7,7 +7,7 @@
 namespace carat {
 
 // Mean sample spacing of a diamond's grid in metres: square root of its mean cell area. Relative error below
-// 3 % at level 0, falling fourfold a pair of levels.
+// 0.3 % for bodies with b >= a/2.
 double sample_spacing(const Ellipsoid& body, DiamondId d, int cells);
 
 // Bounds on how far a body's surface strays from the flat triangles of a half's grid.
@@ -23,9 +23,12 @@ struct CurvatureBound {
 
     // Bound of the distance between a flat triangle through three points of S and S itself (height linear in
     // lattice coordinates), |height| <= max_height and heights of one triangle differing by at most range;
-    // metres.
+    // metres. With weights w, linear interpolation L, h the height at the place: the point is off L by
+    //   (e - L e) + h (n - L n) + L[(h - h_k) (n_k - L n)],
+    // and the last term is a covariance under w: at most range/2 times the radius normal_change/2 of a ball
+    // that holds the three normals.
     double of_heights(double max_height, double range) const {
-        return ellipsoid_sagitta + normal_sagitta * max_height + 0.5 * normal_change * range;
+        return ellipsoid_sagitta + normal_sagitta * max_height + 0.25 * normal_change * range;
     }
 };
 CurvatureBound curvature_bound(const Ellipsoid& body, const Half& half, int cells);
