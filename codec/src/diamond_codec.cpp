@@ -148,7 +148,8 @@ void filter_vertices(const RefinedHeights& ref, std::span<std::int32_t> p) {
     std::vector<std::int32_t> predicted(static_cast<std::size_t>((n - 2) * (n - 2)));
     predict_centres(ref.c.data(), n - 1, predicted.data());
     for_interior(n, [&](std::size_t at, std::size_t k) {
-        p[at] = static_cast<std::int32_t>((std::int64_t{ref.v[at]} + predicted[k] + 1) >> 1);
+        const std::int64_t mean = (std::int64_t{ref.v[at]} + predicted[k] + 1) >> 1;
+        p[at] = static_cast<std::int32_t>(std::clamp<std::int64_t>(mean, -kGreatestHeight, kGreatestHeight));
     });
 }
 

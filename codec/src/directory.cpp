@@ -27,11 +27,18 @@ std::optional<PartEntry> Directory::find(PageKey key, int slot) const {
     const std::pair<PageKey, int> wanted{key, slot};
     auto it = std::upper_bound(blocks_.begin(), blocks_.end(), wanted,
                                [](const auto& w, const BlockEntry& e) { return w < position(e); });
-    if (it == blocks_.begin()) return std::nullopt;
+    // A page may not begin in the middle: were its first part missing, its diamonds would be lost in silence.
+    const auto missing = [&]() -> std::optional<PartEntry> {
+        if (it != blocks_.end() && it->first_key == key)
+            throw Error(ErrorCode::corrupt,
+                        source_.name() + ": " + page_name(key) + " lacks slot " + std::to_string(slot));
+        return std::nullopt;
+    };
+    if (it == blocks_.begin()) return missing();
     const auto entries = block(static_cast<std::size_t>(it - blocks_.begin()) - 1);
     const auto after = std::upper_bound(entries->begin(), entries->end(), wanted,
                                         [](const auto& w, const PartEntry& e) { return w < position(e); });
-    if (after == entries->begin() || (after - 1)->key != key) return std::nullopt;
+    if (after == entries->begin() || (after - 1)->key != key) return missing();
     return *(after - 1);
 }
 
@@ -66,8 +73,12 @@ Directory::Block Directory::load(std::size_t index) const {
     for (std::uint32_t k = 0; k < b.entries; ++k) {
         const PartEntry e = get_part_entry(in);
         if (!out.empty() && position(out.back()) >= position(e)) in.fail("is out of order");
-        if (e.first_slot >= kPageSlots || e.offset > source_.size() || e.bytes > source_.size() - e.offset)
+        if (e.offset > source_.size() || e.bytes > source_.size() - e.offset)
             in.fail("has an entry outside the file");
+        if (e.bytes > kMaxSinglePartBytes) in.fail("has a part above 1 MiB");
+        const bool first_of_page = out.empty() ? index == 0 : out.back().key != e.key;
+        if (e.first_slot >= kPageSlots || (first_of_page && e.first_slot != 0))
+            in.fail("has a page without its first slots");
         out.push_back(e);
     }
     if (position(out.front()) != position(b)) in.fail("does not begin where the directory says");

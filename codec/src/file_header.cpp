@@ -39,13 +39,15 @@ void check_values(const ByteParser& in, const FileHeader& h) {
     if (i.log2_cells < 2 || i.log2_cells > 7) in.fail("has an unsupported patch size");
     if (!positive(i.quantum) || !positive(i.tolerance) || i.tolerance < i.quantum / 2)
         in.fail("has an impossible quantum or tolerance");
-    if (!positive(i.body_a) || !positive(i.body_b) || i.body_b > i.body_a) in.fail("has an impossible body");
+    if (!(i.body_b >= kLeastAxis && i.body_b <= i.body_a && i.body_a <= kGreatestAxis))
+        in.fail("has an impossible body");
     if (i.deepest_level < 0 || i.deepest_level > std::min(kDeepestId, deepest_level(i.log2_cells)))
         in.fail("has an impossible depth");
     if (h.radii.size() != static_cast<std::size_t>(i.deepest_level) + 1)
         in.fail("has a wrong number of radii");
     for (const std::int32_t r : h.radii)
-        if (r < 0 || r > (1 << 29)) in.fail("has an impossible quantiser radius");
+        if (r < 0 || r > (1 << 29) || r * i.quantum + i.quantum / 2 > i.tolerance)
+            in.fail("has a quantiser radius that breaks its tolerance");
     if (i.min_height > i.max_height) in.fail("has an impossible height range");
 }
 

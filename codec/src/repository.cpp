@@ -141,6 +141,7 @@ class FileRepository final : public Repository {
             std::vector<std::byte> bytes(entry->bytes);
             source_->read(entry->offset, bytes);
             loaded = std::make_shared<PagePart>(std::move(bytes), key, entry->first_slot, source_->name());
+            check_depth(*loaded, key);
             first = loaded->first_slot();
             end = loaded->end_slot();
             if (slot >= end)
@@ -151,6 +152,18 @@ class FileRepository final : public Repository {
         }
         remember(key, first, end, loaded);
         return loaded;
+    }
+
+    // No diamond may be refined at or below the header's deepest level.
+    void check_depth(const PagePart& loaded, PageKey key) const {
+        const int levels = header_.info.deepest_level - page_square(key)->level();
+        const int end_slot = levels <= 0 ? 0 : first_slot(std::min(levels, kBandLevels));
+        const bool too_deep = loaded.is_zero_page()
+                                  ? loaded.zero().end_level > header_.info.deepest_level
+                                  : !loaded.diamonds().empty() && loaded.diamonds().back().slot >= end_slot;
+        if (too_deep)
+            throw Error(ErrorCode::corrupt,
+                        source_->name() + ": " + page_name(key) + " refines beyond the file's depth");
     }
 
     void remember(PageKey key, int first, int end, std::shared_ptr<const PagePart> loaded) const {

@@ -1,5 +1,6 @@
 #include "carat/codec/surface.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <list>
 #include <mutex>
@@ -89,8 +90,11 @@ std::shared_ptr<const Heights> Surface::heights(DiamondId d) const {
 
 std::shared_ptr<const RefinedHeights> Surface::refined_heights(DiamondId d) const {
     if (auto found = cache_->refined.find(d)) return found;
+    const auto p = heights(d);
+    if (!p->has_half[0] || !p->has_half[1])
+        throw Error(ErrorCode::corrupt, "diamond " + to_string(d) + " is refined without both its parents");
     auto out = std::make_shared<RefinedHeights>();
-    repository_->refine(d, *heights(d), *out);
+    repository_->refine(d, *p, *out);
     return cache_->refined.insert(d, std::move(out));
 }
 
@@ -99,7 +103,10 @@ Surface::Sample Surface::sample(const RealLattice& place) const {
     Sample s;
     s.half = leaf_half(*repository_, place);
     const Location at = locate_in(place, s.half);
-    const TriangleWeights w = triangle_weights(at.s * header.cells(), at.t * header.cells(), header.cells());
+    // Rounding must not push the place over the longest edge: the other half may be absent.
+    const double s_in = s.half.side == 0 ? at.s : std::min(at.s, at.t);
+    const double t_in = s.half.side == 0 ? std::min(at.s, at.t) : at.t;
+    const TriangleWeights w = triangle_weights(s_in * header.cells(), t_in * header.cells(), header.cells());
     const auto p = heights(s.half.diamond);
     double height = 0;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -1,7 +1,6 @@
 #include "carat/codec/writer.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cerrno>
 #include <cstring>
 #include <map>
@@ -36,6 +35,25 @@ int own_slots(PageKey key, DiamondId square, int j) {
     for (int slot = first_slot(j); slot < first_slot(j + 1); ++slot)
         own += page_slot(slot_diamond(square, slot)).key == key ? 1 : 0;
     return own;
+}
+
+// Throws Error(usage) for a header that readers refuse.
+void check_readable(std::span<const std::byte> header, const std::string& file, std::uint64_t file_bytes) {
+    try {
+        parse_header_length(header.first(16), file);
+        parse_header(header, file, file_bytes);
+    } catch (const Error& e) {
+        throw Error(ErrorCode::usage, std::string("unfit for a repository: ") + e.what());
+    }
+}
+
+// Throws Error(usage) if a diamond comes twice.
+void sort_slots(std::vector<PageDiamond>& diamonds, PageKey key) {
+    std::sort(diamonds.begin(), diamonds.end(),
+              [](const PageDiamond& a, const PageDiamond& b) { return a.slot < b.slot; });
+    const auto twice = std::adjacent_find(diamonds.begin(), diamonds.end(),
+                                          [](const auto& a, const auto& b) { return a.slot == b.slot; });
+    if (twice != diamonds.end()) throw Error(ErrorCode::usage, page_name(key) + " is given a diamond twice");
 }
 
 // The 64 pages nested in a page.
@@ -252,9 +270,7 @@ void RepositoryWriter::write(std::vector<DiamondRecord> diamonds) {
         }
     }
     s.header.info.refined_diamonds = diamonds.size();
-    for (auto& [key, page] : pages)
-        std::sort(page.diamonds.begin(), page.diamonds.end(),
-                  [](const PageDiamond& a, const PageDiamond& b) { return a.slot < b.slot; });
+    for (auto& [key, page] : pages) sort_slots(page.diamonds, key);
     const ZeroMarks zero(pages);
     for (const auto& [key, page] : pages) {
         if (zero.absorbed(key)) continue;
@@ -267,11 +283,12 @@ void RepositoryWriter::write(std::vector<DiamondRecord> diamonds) {
 
 std::uint64_t RepositoryWriter::finish() {
     State& s = *state_;
-    assert(s.header.radii.size() == static_cast<std::size_t>(s.header.info.deepest_level) + 1);
     s.header.directory = s.write_directory();
     s.header.file_bytes = s.position();
+    const std::vector<std::byte> header = s.header.to_bytes();
+    check_readable(header, s.path.string(), s.header.file_bytes);
     s.file.seekp(0);
-    s.append(s.header.to_bytes());
+    s.append(header);
     s.file.close();
     s.check();
     std::error_code failed;

@@ -1,15 +1,15 @@
 // codec: heights of diamonds <-> bytes, and the repository file. Knows no sphere but the diamond DAG of
 // globe/.
 //
-//   heights      int32 multiples of the quantum q (metres, a power of two by default); |h| <= 2^30
-//   P, V, C      vertices of a diamond; the same vertices and the cell centres once it is refined heights.hpp
-//   prediction   C from the vertices, interior V from the centres: Neville order 4, one-sided at borders
-//   predict.hpp quantiser    step 2r + 1 quanta, r = floor(tolerance/q - 1/2): |error| <= r q + q/2 <=
-//   tolerance      quantize.hpp modes        0 interpolating, 1 filtered (V first), 2 the C-BDAM paper's
-//   diamond_codec.hpp coder        gamma: zero-quadtree with Elias-gamma leaves gamma.hpp summaries    min,
-//   max and delta (distance to S) of each half, rounded outwards                         summary.hpp file
-//   header, roots, pages, two-level directory; docs/format.md is the law    repository.hpp, writer.hpp
-//   surface      heights and S anywhere, cached surface.hpp
+//   heights     int32 multiples of the quantum q (metres); |h| <= 2^30               heights.hpp
+//   P, V, C     vertices of a diamond; once refined, the same and the cell centres   heights.hpp
+//   prediction  C from vertices, inner V from centres: order 4, one-sided at borders predict.hpp
+//   quantiser   step 2r + 1 quanta: |error| <= r q + q/2 <= tolerance                quantize.hpp
+//   modes       0 interpolating, 1 filtered (V first), 2 the C-BDAM paper's          diamond_codec.hpp
+//   coder       gamma: zero-quadtree with Elias-gamma leaves                         src/gamma.hpp
+//   summaries   min, max and delta (distance to S) of a half, rounded outwards       summary.hpp
+//   file        header, roots, pages, two-level directory; law: docs/format.md       repository.hpp,
+//   writer.hpp surface     heights and S anywhere, cached                                       surface.hpp
 //
 // Promise: every height of every level is within `tolerance` metres of that level's reference data, the
 // rounding to the quantum included. Decoding is integer arithmetic alone (int64, results modulo 2^32): the

@@ -51,7 +51,7 @@ void decode_residuals(const BlobInfo& info, std::span<const std::byte> blob, std
                       int n, std::int32_t radius, RefinedHeights& out, CodecScratch& scratch);
 
 // Analysis of mode 1 and 2, fine to coarse: the reference P of a diamond from its reference V and C.
-// Interior: (V + pred(C)) / 2 rounded half up; border: V.
+// Interior: (V + pred(C)) / 2 rounded half up, held within +-kGreatestHeight; border: V.
 void filter_vertices(const RefinedHeights& reference, std::span<std::int32_t> p);
 
 }  // namespace carat

@@ -11,6 +11,8 @@
 
 namespace carat {
 
+inline constexpr std::int32_t kGreatestHeight = 1 << 30;  // |h| of every reference height, quanta
+
 // P: the N x N vertex heights of a diamond. A diamond at the rim of the refined region has one half only;
 // entries of an absent half are unspecified.
 struct Heights {

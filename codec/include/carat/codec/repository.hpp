@@ -52,7 +52,7 @@ struct ReadCounters {
 
 class Repository {
   public:
-    // Opens a local file (memory-mapped; pages are read and checked when first needed).
+    // Opens a local file; pages are read and checked when first needed.
     static std::shared_ptr<const Repository> open(const std::filesystem::path& file);
     static std::shared_ptr<const Repository> open(std::unique_ptr<ByteSource> source);
     virtual ~Repository() = default;

@@ -50,9 +50,12 @@ class RepositoryWriter {
     RepositoryWriter(const RepositoryWriter&) = delete;
     RepositoryWriter& operator=(const RepositoryWriter&) = delete;
 
-    // All refined diamonds, any order; sorts them into pages and writes. Call once.
+    // All refined diamonds, any order; sorts them into pages and writes. Call once. Throws Error(usage) if a
+    // diamond comes twice.
     void write(std::vector<DiamondRecord> diamonds);
-    // Directory and header; the file appears under its name. Returns its size in bytes.
+    // Directory and header; the file appears under its name. Returns its size in bytes. Throws Error(usage)
+    // for a setup that readers refuse: radii not one more than the levels refined, or above what the
+    // tolerance allows.
     std::uint64_t finish();
 
   private:
