@@ -1,0 +1,113 @@
+// A grid of samples: one raster, or several rasters on one common grid, seen as one; read in tiles.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "cap.hpp"
+#include "carat/preprocess/layer.hpp"
+#include "frame.hpp"
+#include "raster_file.hpp"
+#include "tile_cache.hpp"
+
+namespace carat {
+
+// Where a file's samples lie in a grid.
+struct GridPart {
+    const RasterFile* file = nullptr;
+    std::int64_t x = 0, y = 0;
+};
+
+// Which samples of a region are there.
+struct Coverage {
+    double spacing = 0;  // metres, finest where samples are valid; +infinity if none is
+    bool full = false;   // the whole region is certainly covered by valid samples
+};
+
+// Thread-safe once made.
+class Grid {
+  public:
+    // Parts in priority order; all have the same type, scale and offset. Reads everything that may contain
+    // holes, in parallel. `key` is unique among the grids of a cache.
+    Grid(Frame frame, std::vector<GridPart> parts, const Ellipsoid& body, TileCache& cache,
+         std::uint64_t key);
+
+    const Frame& frame() const { return frame_; }
+    SampleType type() const { return parts_.front().file->header().type; }
+    double scale() const { return parts_.front().file->header().scale; }
+    double offset() const { return parts_.front().file->header().offset; }
+    const Cap& cap() const { return cap_; }
+    std::uint64_t samples() const { return samples_; }
+    std::uint64_t valid_samples() const { return valid_samples_; }
+
+    // Heights at places in degrees, and 1 or 0 for a hole. Throws Error(io).
+    void sample(std::span<const double> lat, std::span<const double> lon, Resampling resampling,
+                std::span<double> heights, std::span<std::uint8_t> valid) const;
+
+    // Samples within the box, in pixel coordinates, that holds the given places, plus a margin. The places
+    // (at most 16) are those of a region of less than about 6 degrees: its corners, the middles of its sides
+    // and, last, its middle; cap contains the region.
+    Coverage cover(std::span<const Vec3> places, const Cap& cap) const;
+
+    // The tile that contains sample (x, y) of the grid.
+    TilePtr tile_at(std::int64_t x, std::int64_t y) const;
+    // Mean of the valid samples of the row that stands for a pole, in the samples' own unit; nothing if there
+    // is none.
+    const std::optional<double>& top_mean() const { return top_mean_; }
+    const std::optional<double>& bottom_mean() const { return bottom_mean_; }
+
+  private:
+    struct Box {
+        double min_u, min_v, max_u, max_v;
+    };
+    struct TileIndex {
+        std::int64_t x, y;
+    };
+
+    void choose_tiles();
+    void index_parts();
+    void find_cap();
+    void scan();
+    void scan_tile(TileIndex t, std::uint64_t& samples, std::uint64_t& valid);
+    void find_spacings(const Ellipsoid& body);
+    double tile_spacing(const Ellipsoid& body, TileIndex t) const;
+
+    PixelWindow window_of(TileIndex t) const;
+    std::span<const std::uint32_t> parts_of(TileIndex t) const;
+    TilePtr load(TileIndex t) const;
+    TilePtr tile(TileIndex t) const;
+    bool certainly_full(TileIndex t) const;
+    std::vector<std::uint8_t> covered_by_parts(const PixelWindow& window) const;
+
+    Box box_of(std::span<const Vec3> places, const Cap& cap) const;
+    Box polar_box(const Cap& cap) const;
+    double turn_in_pixels() const;
+    bool inside(const Box& box) const;
+    Coverage cover_cells(std::int64_t x0, std::int64_t x1, std::int64_t y0, std::int64_t y1) const;
+
+    Frame frame_;
+    std::vector<GridPart> parts_;
+    TileCache& cache_;
+    std::uint64_t key_;
+    Cap cap_;
+
+    int tile_width_ = 0, tile_height_ = 0;
+    std::int64_t tiles_x_ = 0, tiles_y_ = 0;
+    std::vector<std::uint32_t> part_start_, part_list_;  // parts that meet each tile, in priority order
+
+    // Squares of 2^cell_bits_ samples: bit 0: some sample is valid, bit 1: all are. Empty: all samples are
+    // valid.
+    static constexpr std::uint8_t kSome = 1, kAll = 2;
+    int cell_bits_ = 4;
+    std::int64_t cells_x_ = 0, cells_y_ = 0;
+    std::vector<std::uint8_t> cells_;
+    std::vector<double> spacings_;  // by row of cells if rows are parallels, else by tile
+
+    std::uint64_t samples_ = 0, valid_samples_ = 0;
+    std::optional<double> top_mean_, bottom_mean_;
+};
+
+}  // namespace carat
