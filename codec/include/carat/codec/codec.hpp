@@ -8,8 +8,8 @@
 //   modes       0 interpolating, 1 filtered (V first), 2 the C-BDAM paper's          diamond_codec.hpp
 //   coder       gamma: zero-quadtree with Elias-gamma leaves                         src/gamma.hpp
 //   summaries   min, max and delta (distance to S) of a half, rounded outwards       summary.hpp
-//   file        header, roots, pages, two-level directory; law: docs/format.md       repository.hpp,
-//   writer.hpp surface     heights and S anywhere, cached                                       surface.hpp
+//   file        header, roots, pages, two-level directory; law: docs/format.md       repository, writer
+//   surface     heights and S anywhere, cached                                       surface.hpp
 //
 // Promise: every height of every level is within `tolerance` metres of that level's reference data, the
 // rounding to the quantum included. Decoding is integer arithmetic alone (int64, results modulo 2^32): the
