@@ -3,8 +3,9 @@
 
 usage: include_arrows.py ROOT FOLDER:MODULE:ALLOWED,ALLOWED... ...
 
-In every C++ file and shader under ROOT/FOLDER, a line #include "carat/X/..." must name the module itself or an allowed
-one, and no quoted include may climb out of its folder with "..". Prints file:line of each offender; exit code 1 if any.
+In every C++ file and shader under ROOT/FOLDER (less the folders of other rules inside it), #include "carat/X/..." must name
+the module itself or an allowed one, no include may climb out of its folder with "..", and only the module vulkan may
+include Vulkan's headers. Prints file:line of each offender; exit code 1 if any.
 """
 
 import pathlib
@@ -20,14 +21,17 @@ def fault(included, module, allowed):
     if ".." in pathlib.PurePosixPath(included).parts:
         return "climbs out of its folder"
     parts = pathlib.PurePosixPath(included).parts
+    if parts[0] == "vulkan" and module != "vulkan":
+        return f"{module} must work without Vulkan"
     if len(parts) > 1 and parts[0] == "carat" and parts[1] not in allowed | {module}:
         return f"{module} may include {', '.join(sorted(allowed)) or 'no other module'}"
     return None
 
 
-def offenders(root, folder, module, allowed):
+def offenders(root, folder, module, allowed, inner):
+    """Lines "file:number: include: reason" for the files under folder, but not under the folders inner."""
     for path in sorted((root / folder).rglob("*")):
-        if path.suffix not in SUFFIXES:
+        if path.suffix not in SUFFIXES or any(root / other in path.parents for other in inner):
             continue
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             match = INCLUDE.match(line)
@@ -38,12 +42,13 @@ def offenders(root, folder, module, allowed):
 
 def main():
     root = pathlib.Path(sys.argv[1])
+    rules = [rule.split(":") for rule in sys.argv[2:]]
     found = []
-    for rule in sys.argv[2:]:
-        folder, module, allowed = rule.split(":")
+    for folder, module, allowed in rules:
         if not (root / folder).is_dir():
             sys.exit(f"{root / folder} is not a folder")
-        found += offenders(root, folder, module, set(filter(None, allowed.split(","))))
+        inner = [other for other, _, _ in rules if other.startswith(folder + "/")]
+        found += offenders(root, folder, module, set(filter(None, allowed.split(","))), inner)
     print("\n".join(found) if found else "every include follows the arrows")
     return 1 if found else 0
 
