@@ -228,7 +228,7 @@ void expect_nested(const Half& h, int cells) {
     for (const auto& t : fine) {
         int holders = 0;
         for (std::size_t k = 0; k < coarse.size(); ++k) {
-            const auto& [p, q, r] = coarse[k];
+            const LatticeVector &p = coarse[k][0], &q = coarse[k][1], &r = coarse[k][2];
             const bool inside = std::all_of(t.begin(), t.end(), [&](const LatticeVector& v) {
                 return turn(p, q, v, normal) >= 0 && turn(q, r, v, normal) >= 0 && turn(r, p, v, normal) >= 0;
             });
