@@ -73,8 +73,16 @@ int main(int argc, char** argv) {
     app.require_subcommand(0, 1);
     app.get_formatter()->column_width(34);
     Globals globals;
-    for (const auto add : {add_synth, add_build, add_info, add_verify, add_query, add_render})
-        add(app, globals);
+    add_build(app, globals);
+    add_info(app, globals);
+    add_verify(app, globals);
+    add_query(app, globals);
+#ifdef CARAT_WITH_RENDER
+    add_render(app, globals);
+#endif
+#ifdef CARAT_WITH_SYNTH
+    add_synth(app, globals);
+#endif
 
     try {
         app.parse(argc, argv);

@@ -1,0 +1,143 @@
+// carat build: rasters in, a .carat file out.
+#include "carat/preprocess/build.hpp"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <memory>
+
+#include "build_report.hpp"
+#include "carat/globe/error.hpp"
+#include "commands.hpp"
+#include "interrupt.hpp"
+#include "layer_arguments.hpp"
+#include "progress.hpp"
+#include "values.hpp"
+
+namespace carat::cli {
+namespace {
+
+struct Options {
+    LayerArguments layers;
+    BuildOptions build;
+    int mode = 0;
+    bool json = false, dry_run = false;
+    std::string output;
+};
+
+constexpr const char* kFooter = R"(
+Layers come in order of priority: where the first --layer has no data, the next is asked, at last --base-height. A
+layer is one or more rasters, separated by commas, that GDAL reads (GeoTIFF, COG, HGT, VRT, NetCDF, PDS, ...) in any
+coordinate system, or a picture with --bounds. Options of a layer stand after its --layer and hold for it alone.
+NODATA, NaN and infinities are holes.
+
+Every height of the file, at every level of detail, is within --tolerance of the source at the sample. Detail follows the
+data: samples lie as close as those of the source that gives the height there, and no closer.
+
+The file appears under its name only when it is complete. SIZE: a number and K, M, G or T.
+
+Examples:
+  carat build --layer world.tif --tolerance 4 -o earth.carat
+  carat build --layer alps1.tif,alps2.tif --nodata -9999 --layer world.tif --tolerance 1 -o earth.carat
+  carat build --layer dem.tif --geoid egm96-15.pgm --vertical-datum ellipsoid --tolerance 0.5 -o site.carat
+  carat build --layer mola.tif --body mars --vertical-datum areoid --tolerance 2 -o mars.carat
+  carat build --layer dem.tif --tolerance 1 --dry-run -o earth.carat)";
+
+void add_layer_options(CLI::App& sub, LayerArguments& layers) {
+    const char* group = "Layers (options after a --layer apply to it)";
+    layers.add(sub, "--layer", "FILE[,FILE...]", "A layer; repeat for more, highest priority first", group)
+        ->required();
+    layers.add(sub, "--geoid", "GRID",
+               "Heights are above this geoid (GeographicLib .pgm or a raster): add it", group);
+    layers.add(sub, "--valid-range", "A,B", "Heights outside are holes, metres", group);
+    layers.add(sub, "--nodata", "V", "This raw value is a hole", group);
+    layers.add(sub, "--bounds", "W,S,E,N", "Degrees, outer edges; for files without a georeference", group);
+    layers.add(sub, "--resampling", "KIND", "nearest, bilinear (default) or cubic", group);
+    layers.add(sub, "--band", "N", "Band of the rasters (default 1)", group);
+    layers.add(sub, "--latitude", "KIND", "Of a body's raster: geodetic, geocentric or automatic (default)",
+               group);
+}
+
+void add_file_options(CLI::App& sub, Options& o) {
+    BuildOptions& b = o.build;
+    const char* group = "The file";
+    sub.add_option("-o,--output", o.output, "The .carat file to write")->required()->group(group);
+    sub.add_option("--tolerance", b.tolerance, "Greatest error at samples, metres")->required()->group(group);
+    add_value(sub, "--quantum", "METRES",
+              "Unit of heights (default: a power of two, at most 2^-8 m and tolerance/8)",
+              [&b](const std::string& text) { b.quantum = parse_number(text); })
+        ->group(group);
+    add_value(sub, "--body", "BODY", "earth (default), moon, mars or semi-axes A,B in metres",
+              [&b](const std::string& text) { b.body = Ellipsoid::parse(text); })
+        ->group(group);
+    sub.add_option("--vertical-datum", b.vertical_datum,
+                   "What heights are above, to be recorded: ellipsoid, egm96, egm2008, areoid, ... (default "
+                   "unstated)")
+        ->group(group);
+    sub.add_option("--base-height", b.base_height, "Height where no layer has data, metres (default 0)")
+        ->group(group);
+    sub.add_option("--mode", o.mode, "0 interpolating (default), 1 filtered, 2 the C-BDAM paper's")
+        ->check(CLI::Range(0, 2))
+        ->group(group);
+    sub.add_option("--depth-bias", b.depth_bias, "Levels added to what the data ask, or left out (default 0)")
+        ->check(CLI::Range(-20, 20))
+        ->group(group);
+    sub.add_option("--max-level", b.max_level, "No diamond of this level or deeper is refined (default 40)")
+        ->check(CLI::Range(0, 49))
+        ->group(group);
+}
+
+void add_run_options(CLI::App& sub, Options& o) {
+    BuildOptions& b = o.build;
+    const char* group = "The run";
+    sub.add_option("--threads", b.threads, "Threads (default: all)")
+        ->check(CLI::Range(1, 1024))
+        ->group(group);
+    add_value(sub, "--memory", "SIZE", "For decoded source blocks (default 1G)",
+              [&b](const std::string& text) { b.memory_bytes = parse_size(text); })
+        ->group(group);
+    sub.add_flag("--overwrite", b.overwrite, "Replace an existing output")->group(group);
+    sub.add_flag("--dry-run", o.dry_run, "Say what would be built; write nothing")->group(group);
+    sub.add_flag("--json", o.json, "Print the report as JSON on stdout")->group(group);
+}
+
+void warn(const BuildPlan& plan) {
+    for (const std::string& warning : plan.warnings) spdlog::warn("{}", warning);
+}
+
+int run(Options o, const Globals& globals) {
+    o.build.layers = o.layers.layers();
+    o.build.mode = static_cast<Mode>(o.mode);
+    o.build.output = o.output;
+    catch_interrupts();
+    Progress progress("diamonds", globals.quiet);
+    const auto show = [&](const BuildProgress& p) {
+        return progress.update(to_string(p.stage), p.done, p.total);
+    };
+    if (o.dry_run) {
+        const BuildPlan plan = plan_build(o.build, show);
+        progress.finish();
+        warn(plan);
+        print_plan(plan, o.build, o.json);
+        return kSuccess;
+    }
+    const BuildReport report = build_repository(o.build, show);
+    progress.finish();
+    warn(report.plan);
+    if (o.json || !globals.quiet) print_report(report, o.build, o.json);
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_build(CLI::App& app, Globals& globals) {
+    const auto o = std::make_shared<Options>();
+    CLI::App& sub = *app.add_subcommand("build", "Compress elevation models into a .carat file");
+    sub.footer(kFooter);
+    add_layer_options(sub, o->layers);
+    add_file_options(sub, *o);
+    add_run_options(sub, *o);
+    on_run(sub, globals, [o, &globals] { return run(*o, globals); });
+}
+
+}  // namespace carat::cli

@@ -1,0 +1,126 @@
+#include "build_report.hpp"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "text.hpp"
+
+namespace carat::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// JSON knows no infinity.
+Json finite(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+Json to_json(const GeoBounds& b) { return {b.west, b.south, b.east, b.north}; }
+
+Json to_json(const FileInfo& f) {
+    return {{"path", f.path},
+            {"driver", f.driver},
+            {"width", f.width},
+            {"height", f.height},
+            {"bytes", f.bytes},
+            {"bounds_wsen", to_json(f.bounds)},
+            {"spacing_m", finite(f.spacing)},
+            {"transformation", f.transformation}};
+}
+
+Json to_json(const LayerInfo& l) {
+    Json files = Json::array();
+    for (const FileInfo& f : l.files) files.push_back(to_json(f));
+    return {{"name", l.name},
+            {"files", files},
+            {"bounds_wsen", to_json(l.bounds)},
+            {"spacing_m", finite(l.spacing)},
+            {"samples", l.samples},
+            {"valid_samples", l.valid_samples},
+            {"geoid", l.geoid}};
+}
+
+Json to_json(const BuildPlan& plan, const BuildOptions& o) {
+    Json layers = Json::array();
+    for (const LayerInfo& l : plan.layers) layers.push_back(to_json(l));
+    return {{"output", o.output.string()},
+            {"tolerance_m", o.tolerance},
+            {"vertical_datum", o.vertical_datum},
+            {"layers", layers},
+            {"warnings", plan.warnings},
+            {"refined_by_level", plan.refined_by_level},
+            {"refined_diamonds", plan.refined},
+            {"leaf_samples", plan.leaf_samples},
+            {"source_samples", plan.source_samples}};
+}
+
+Json to_json(const BuildReport& r, const BuildOptions& o) {
+    Json json = to_json(r.plan, o);
+    Json stages = Json::object();
+    for (const auto& [stage, seconds] : r.stage_seconds) stages[to_string(stage)] = seconds;
+    json["file_bytes"] = r.file_bytes;
+    if (r.plan.source_samples > 0)
+        json["bits_per_source_sample"] =
+            8.0 * static_cast<double>(r.file_bytes) / static_cast<double>(r.plan.source_samples);
+    json["coded_diamonds"] = r.coded_diamonds;
+    json["zero_diamonds"] = r.zero_diamonds;
+    json["max_error_m"] = r.max_error;
+    json["rms_error_m"] = r.rms_error;
+    json["seconds"] = r.seconds;
+    json["stage_seconds"] = stages;
+    return json;
+}
+
+std::string bounds_text(const GeoBounds& b) {
+    return fmt::format("{:.4f} {:.4f} {:.4f} {:.4f}", b.west, b.south, b.east, b.north);
+}
+
+void print_layers(const BuildPlan& plan) {
+    for (std::size_t k = 0; k < plan.layers.size(); ++k) {
+        const LayerInfo& l = plan.layers[k];
+        fmt::print(
+            "layer {}  {}: {} file{}, samples {} apart, {:.2f} % of {} valid, west south east north {}\n",
+            k + 1, l.name, l.files.size(), l.files.size() == 1 ? "" : "s", length_text(l.spacing),
+            100 * l.valid_share(), grouped(l.samples), bounds_text(l.bounds));
+        if (!l.geoid.empty()) fmt::print("         heights raised by the geoid {}\n", l.geoid);
+        for (const FileInfo& f : l.files)
+            if (!f.transformation.empty()) fmt::print("         {}: {}\n", f.path, f.transformation);
+    }
+}
+
+void print_text(const BuildPlan& plan) {
+    print_layers(plan);
+    fmt::print("depth    {} levels, {} refined diamonds, {} heights for {} source samples\n",
+               plan.refined_by_level.size(), grouped(plan.refined), grouped(plan.leaf_samples),
+               grouped(plan.source_samples));
+}
+
+}  // namespace
+
+void print_plan(const BuildPlan& plan, const BuildOptions& options, bool json) {
+    if (json)
+        fmt::print("{}\n", to_json(plan, options).dump(2));
+    else
+        print_text(plan);
+}
+
+void print_report(const BuildReport& r, const BuildOptions& options, bool json) {
+    if (json) {
+        fmt::print("{}\n", to_json(r, options).dump(2));
+        return;
+    }
+    print_text(r.plan);
+    fmt::print("error    at samples: greatest {:.4g} m, RMS {:.4g} m (tolerance {} m)\n", r.max_error,
+               r.rms_error, number(options.tolerance));
+    fmt::print("file     {}: {} bytes ({})", options.output.string(), grouped(r.file_bytes),
+               bytes_text(r.file_bytes));
+    if (r.plan.source_samples > 0)
+        fmt::print(", {:.3f} bits a source sample",
+                   8.0 * static_cast<double>(r.file_bytes) / static_cast<double>(r.plan.source_samples));
+    fmt::print("\ntime     {}:", duration(r.seconds));
+    for (const auto& [stage, seconds] : r.stage_seconds)
+        fmt::print(" {} {}", to_string(stage), duration(seconds));
+    fmt::print("\n");
+}
+
+}  // namespace carat::cli
