@@ -15,6 +15,7 @@ function(carat_flags target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
     $<$<BOOL:${CARAT_WERROR}>:-Werror>)
   # Contraction off everywhere, in users' code too: a fused multiply-add would give a shared vertex two positions.
   target_compile_options(${target} PUBLIC -ffp-contract=off)
