@@ -11,11 +11,19 @@
 #include <vector>
 
 #include "carat/globe/diamond.hpp"
+#include "carat/globe/ellipsoid.hpp"
 #include "carat/globe/sphere.hpp"
 
 namespace carat {
 
 using UnitVector = std::array<std::int64_t, 3>;  // a point or offset in length units, body frame
+
+// The length unit u of a body, metres: a power of two.
+double length_unit(const Ellipsoid& body);
+// round(position / unit), halves away from zero. position in metres, |position| < 2^62 units.
+UnitVector to_units(const Vec3& position, double unit);
+// Metres, exact while |p| < 2^53 units.
+Vec3 to_metres(const UnitVector& p, double unit);
 
 // One vertex of a patch as the GPU reads it: 32 bytes, std430.
 struct PatchVertex {
@@ -28,16 +36,16 @@ static_assert(sizeof(PatchVertex) == 32);
 // A half with its vertices in the order of half_vertex_index (globe/patch.hpp). Immutable once built.
 struct PatchMesh {
     Half half;
-    UnitVector anchor{};                  // length units
-    std::vector<PatchVertex> vertices;    // half_vertex_count(cells)
+    UnitVector anchor{};                // length units: the right-angled corner
+    std::vector<PatchVertex> vertices;  // half_vertex_count(cells)
 };
 
 // A perspective camera. Axes are orthonormal in the body frame; pixel (0,0) is the top left corner.
 struct Camera {
-    UnitVector eye{};                // length units
-    Vec3 right{}, up{}, forward{};   // unit
-    double vertical_fov = 0;         // radians
-    int width = 0, height = 0;       // pixels
+    UnitVector eye{};               // length units
+    Vec3 right{}, up{}, forward{};  // unit
+    double vertical_fov = 0;        // radians
+    int width = 0, height = 0;      // pixels
 
     // Pixels per radian at the image centre: f = height / (2 tan(fov/2)).
     double focal_pixels() const;

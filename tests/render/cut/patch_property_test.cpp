@@ -1,0 +1,147 @@
+#include "carat/globe/locate.hpp"
+// Patches: positions bit for bit, watertight by identical integers, normals that agree.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+#include "carat/globe/patch.hpp"
+#include "carat/render/draw_list.hpp"
+#include "carat/render/octahedral.hpp"
+#include "carat/render/patch_builder.hpp"
+#include "render/cut/support.hpp"
+
+namespace carat::test {
+namespace {
+
+LatticePoint lattice_vertex(const Half& half, int cells, int r, int c) {
+    const HalfFrame f = half_frame(half, cells);
+    return half.side == 0 ? f.vertex(r, c) : f.vertex(c, r);
+}
+
+// The fast way to a position is the slow way, to the last bit.
+TEST(PatchBuilder, PositionsAreTheOneFunctionOfPointAndHeight) {
+    std::mt19937_64 generator(3);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    for (int k = 0; k < 600; ++k) {
+        const Ellipsoid body = k % 2 == 0 ? Ellipsoid::earth() : Ellipsoid::moon();
+        const int cells = 4 << (k % 4);
+        Vec3 n{unit(generator), unit(generator), unit(generator)};
+        if (k % 5 == 0) n[0] = n[1];  // cube edges
+        if (k % 25 == 0) n[2] = n[1];
+        const Half half = locate(lattice_position(n), k % 51).half;
+        HalfHeights heights;
+        for (std::uint32_t v = 0; v < half_vertex_count(cells); ++v)
+            heights.push_back(static_cast<std::int64_t>(unit(generator) * 3e6 / kHeightFraction));
+        const double quantum = 1.0 / 512;
+        const BuiltPatch patch = PatchBuilder(body, quantum, cells).build(half, heights);
+        ASSERT_EQ(patch.mesh->vertices.size(), heights.size());
+        std::size_t v = 0;
+        for (int r = 0; r <= cells; ++r)
+            for (int c = 0; c <= r; ++c, ++v) {
+                const LatticePoint p = lattice_vertex(half, cells, r, c);
+                const double height = static_cast<double>(heights[v]) * (quantum * kHeightFraction);
+                const UnitVector expected = to_units(body.position(direction(p), height), length_unit(body));
+                const PatchVertex& vertex = patch.mesh->vertices[v];
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    ASSERT_EQ(patch.mesh->anchor[axis] + vertex.offset[axis], expected[axis]);
+                ASSERT_EQ(vertex.height, static_cast<float>(height));
+            }
+    }
+}
+
+// Every vertex of every patch, by lattice point: one position, one normal, one height; and every vertex on an
+// edge between two drawn patches is a vertex of both.
+TEST(PatchBuilder, SharedVerticesAreIdenticalFromEveryPatch) {
+    struct Seen {
+        UnitVector position{};
+        std::array<std::int16_t, 2> normal{};
+        float height = 0;
+        int patches = 0;
+    };
+    std::uint64_t shared = 0;
+    for (const FakeRepository* repository : planets()) {
+        const int cells = repository->header().cells();
+        for (const double threshold : {1.0, 6.0})
+            for (const NamedView& v : test_views(*repository, 30, 2024)) {
+                SCOPED_TRACE(v.name);
+                const DrawList list = converged_cut(*repository, v.view, threshold);
+                std::map<LatticePoint, Seen> seen;
+                std::map<LatticePoint, int> edges;  // midpoint -> drawn patches
+                const auto edge_points = [&](const Half& half, int edge) {
+                    std::vector<LatticePoint> points;
+                    for (int t = 0; t <= cells; ++t)
+                        points.push_back(edge == 0   ? lattice_vertex(half, cells, t, t)
+                                         : edge == 1 ? lattice_vertex(half, cells, t, 0)
+                                                     : lattice_vertex(half, cells, cells, t));
+                    return points;
+                };
+                for (const auto& mesh : list.meshes) {
+                    std::size_t k = 0;
+                    for (int r = 0; r <= cells; ++r)
+                        for (int c = 0; c <= r; ++c, ++k) {
+                            const PatchVertex& vertex = mesh->vertices[k];
+                            const UnitVector position{mesh->anchor[0] + vertex.offset[0],
+                                                      mesh->anchor[1] + vertex.offset[1],
+                                                      mesh->anchor[2] + vertex.offset[2]};
+                            Seen& s = seen[lattice_vertex(mesh->half, cells, r, c)];
+                            if (s.patches++ == 0) {
+                                s.position = position;
+                                s.normal = vertex.normal;
+                                s.height = vertex.height;
+                                continue;
+                            }
+                            ++shared;
+                            ASSERT_EQ(s.position, position) << to_string(mesh->half.diamond);
+                            ASSERT_EQ(s.normal, vertex.normal) << to_string(mesh->half.diamond);
+                            ASSERT_EQ(s.height, vertex.height) << to_string(mesh->half.diamond);
+                        }
+                    for (const int edge : {0, 1, 2})
+                        ++edges[edge_points(mesh->half, edge)[static_cast<std::size_t>(cells / 2)]];
+                }
+                for (const auto& mesh : list.meshes)
+                    for (const int edge : {0, 1, 2}) {
+                        const std::vector<LatticePoint> points = edge_points(mesh->half, edge);
+                        const int users = edges.at(points[static_cast<std::size_t>(cells / 2)]);
+                        ASSERT_LE(users, 2);
+                        for (std::size_t t = 1; t + 1 < points.size(); ++t)
+                            ASSERT_EQ(seen.at(points[t]).patches, users) << "a vertex that one side lacks";
+                    }
+            }
+    }
+    EXPECT_GT(shared, 50000u);
+}
+
+double degrees(const Vec3& p, const Vec3& q) {
+    const Vec3 c{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
+    return std::atan2(norm(c), p[0] * q[0] + p[1] * q[1] + p[2] * q[2]) * 57.29577951308232;
+}
+
+// On a body without relief the normals are those of the ellipsoid, corners and edges included.
+TEST(PatchBuilder, NormalsOfASmoothBodyAreGeodetic) {
+    FakeOptions options;
+    options.body = Ellipsoid(1e6, 9e5);
+    options.log2_cells = 4;
+    options.depth = 3;
+    options.relief = [](const Vec3&) { return 0.0; };
+    const FakeRepository repository(options);
+    for (const NamedView& v : test_views(repository, 10, 1)) {
+        SCOPED_TRACE(v.name);
+        const DrawList list = converged_cut(repository, v.view, 4.0);
+        // Vertices on the rim of what is drawn see triangles on one side only; they are off screen or behind
+        // the horizon. Elsewhere a normal is off by less than the angle of a cell.
+        for (const auto& mesh : list.meshes) {
+            const int level = mesh->half.diamond.level();
+            const double cell = 90.0 / 16 / std::sqrt(std::ldexp(1.0, level));
+            std::size_t k = 0;
+            for (int r = 0; r <= 16; ++r)
+                for (int c = 0; c <= r; ++c, ++k)
+                    ASSERT_LT(degrees(decode_octahedral(mesh->vertices[k].normal),
+                                      direction(lattice_vertex(mesh->half, 16, r, c))),
+                              cell + 0.01);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace carat::test
