@@ -1,0 +1,741 @@
+#include "slow_reader.hpp"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace slow {
+namespace {
+
+// ---- 1 Conventions ----
+
+[[noreturn]] void refuse(const std::string& kind, const std::string& what) { throw Refusal(kind, what); }
+void demand(bool kept, const std::string& what) {
+    if (!kept) refuse("corrupt", what);
+}
+
+std::int64_t reduced(std::int64_t x) {  // modulo 2^32, to [-2^31, 2^31)
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(static_cast<std::uint64_t>(x)));
+}
+
+std::int64_t floor_div(std::int64_t x, std::int64_t d) { return x >= 0 ? x / d : -((-x + d - 1) / d); }
+
+// Reads numbers one after another out of a stretch of bytes.
+struct Cursor {
+    const std::uint8_t* at;
+    const std::uint8_t* end;
+    std::string what;
+
+    std::size_t left() const { return static_cast<std::size_t>(end - at); }
+    std::uint64_t number(int bytes) {
+        if (left() < static_cast<std::size_t>(bytes)) refuse("truncated", what);
+        std::uint64_t value = 0;
+        for (int k = bytes; k-- > 0;) value = value << 8 | at[k];
+        at += bytes;
+        return value;
+    }
+    int u8() { return static_cast<int>(number(1)); }
+    std::uint64_t u16() { return number(2); }
+    std::uint64_t u32() { return number(4); }
+    std::uint64_t u64() { return number(8); }
+    std::int64_t i32() { return reduced(static_cast<std::int64_t>(number(4))); }
+    double f64() {
+        const std::uint64_t bits = number(8);
+        double value = 0;
+        std::memcpy(&value, &bits, 8);
+        return value;
+    }
+    double f32() {
+        const auto bits = static_cast<std::uint32_t>(number(4));
+        float value = 0;
+        std::memcpy(&value, &bits, 4);
+        return static_cast<double>(value);
+    }
+    std::vector<std::uint8_t> take(std::uint64_t count) {
+        if (left() < count) refuse("truncated", what);
+        std::vector<std::uint8_t> out(at, at + count);
+        at += count;
+        return out;
+    }
+    std::string text(std::uint64_t count) {
+        const auto raw = take(count);
+        return {raw.begin(), raw.end()};
+    }
+    std::uint64_t varint() {
+        std::uint64_t value = 0;
+        for (int k = 0; k < 5; ++k) {
+            const auto byte = static_cast<std::uint64_t>(u8());
+            value |= (byte & 127) << (7 * k);
+            if (byte >= 128) continue;
+            demand(k == 0 || byte != 0, what + ": a varint is not in its fewest bytes");
+            demand(value < (std::uint64_t{1} << 32), what + ": a varint is too large");
+            return value;
+        }
+        refuse("corrupt", what + ": a varint is too long");
+    }
+};
+
+std::uint64_t checksum(const std::uint8_t* bytes, std::uint64_t length) { return XXH3_64bits(bytes, length); }
+
+// Bits of a string, bit 0 of each byte first.
+struct Bits {
+    const std::vector<std::uint8_t>& bytes;
+    std::uint64_t next = 0;
+
+    int bit() {
+        if (next >= 8 * bytes.size()) refuse("truncated", "a bit string ends early");
+        const int b = bytes[next / 8] >> (next % 8) & 1;
+        ++next;
+        return b;
+    }
+    void end() {
+        demand(8 * bytes.size() - next < 8, "a bit string has bytes left over");
+        while (next < 8 * bytes.size()) demand(bit() == 0, "a bit string is filled with ones");
+    }
+};
+
+// ---- 2 Lattice and diamonds ----
+
+constexpr std::int64_t kE = std::int64_t{1} << 30;
+
+Point operator+(const Point& p, const Point& q) { return {p.x + q.x, p.y + q.y, p.z + q.z}; }
+Point operator-(const Point& p, const Point& q) { return {p.x - q.x, p.y - q.y, p.z - q.z}; }
+Point operator*(std::int64_t k, const Point& p) { return {k * p.x, k * p.y, k * p.z}; }
+Point over(const Point& p, std::int64_t d) {
+    demand(p.x % d == 0 && p.y % d == 0 && p.z % d == 0, "a vertex is no lattice point");
+    return {p.x / d, p.y / d, p.z / d};
+}
+Point cross(const Point& p, const Point& q) {
+    return {p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x};
+}
+std::int64_t dot(const Point& p, const Point& q) { return p.x * q.x + p.y * q.y + p.z * q.z; }
+
+const std::array<Point, 6> kNormal{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+const std::array<Point, 6> kU{{{0, 1, 0}, {0, 1, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}}};
+const std::array<Point, 6> kV{{{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 1, 0}, {0, 1, 0}}};
+
+bool on_face(const Point& p, int f) { return dot(p, kNormal[static_cast<std::size_t>(f)]) == kE; }
+int face_of(const Point& p) {
+    for (int f = 0; f < 6; ++f)
+        if (on_face(p, f)) return f;
+    refuse("corrupt", "a point off the lattice");
+}
+std::int64_t shifted_u(const Point& p, int f) { return dot(p, kU[static_cast<std::size_t>(f)]) + kE; }
+std::int64_t shifted_v(const Point& p, int f) { return dot(p, kV[static_cast<std::size_t>(f)]) + kE; }
+Point on(int f, std::int64_t u, std::int64_t v) {
+    const auto k = static_cast<std::size_t>(f);
+    return kE * kNormal[k] + (u - kE) * kU[k] + (v - kE) * kV[k];
+}
+
+// 2^t, the greatest power of two that divides both.
+std::int64_t common_power(std::int64_t u, std::int64_t v) {
+    std::int64_t s = 1;
+    while (u % (2 * s) == 0 && v % (2 * s) == 0) s *= 2;
+    return s;
+}
+
+bool turns_outwards(const Point& p, const Point& q, const Point& r) {
+    for (int f = 0; f < 6; ++f)
+        if (on_face(p, f) && on_face(q, f) && on_face(r, f))
+            return dot(cross(q - p, r - q), kNormal[static_cast<std::size_t>(f)]) > 0;
+    refuse("corrupt", "a half lies on no face");
+}
+
+}  // namespace
+
+Diamond Diamond::at(const Point& centre) {
+    Diamond d;
+    d.c = centre;
+    const int f = face_of(centre);
+    const auto fk = static_cast<std::size_t>(f);
+    const std::int64_t u = shifted_u(centre, f), v = shifted_v(centre, f);
+    demand((u != 0 && u != 2 * kE) || (v != 0 && v != 2 * kE), "a diamond at a cube corner");
+    const std::int64_t s = common_power(u, v);
+    int k = 30;
+    for (std::int64_t power = s; power > 1; power /= 2) --k;
+    const bool u_odd = u / s % 2 != 0, v_odd = v / s % 2 != 0;
+    const Point eu = s * kU[fk], ev = s * kV[fk];
+    Point p, q;
+    if (u_odd && v_odd) {
+        d.level = 2 * k;
+        int su = 1, sv = 1;
+        if (d.level > 0) {
+            if ((u + s) / (2 * s) % 2 == 0) su = -1;
+            if ((v + s) / (2 * s) % 2 == 0) sv = -1;
+        }
+        d.a = centre - su * eu - sv * ev;
+        d.b = centre + su * eu + sv * ev;
+        p = centre + su * eu - sv * ev;
+        q = centre - su * eu + sv * ev;
+    } else {
+        d.level = 2 * k + 1;
+        const Point along = u_odd ? eu : ev, across = u_odd ? ev : eu;
+        d.a = centre - along;
+        d.b = centre + along;
+        p = centre + across;
+        q = centre - across;
+        const std::int64_t side = u_odd ? v : u;
+        if (side == 0) q = centre - s * kNormal[fk];
+        if (side == 2 * kE) p = centre - s * kNormal[fk];
+    }
+    const bool p_first = turns_outwards(d.a, p, d.b);
+    d.x = p_first ? std::array{p, q} : std::array{q, p};
+    return d;
+}
+
+std::array<Point, 4> Diamond::children() const {
+    return {over(a + x[0], 2), over(x[0] + b, 2), over(a + x[1], 2), over(x[1] + b, 2)};
+}
+
+Point Diamond::point(int half, int i2, int j2, int n) const {
+    const std::int64_t whole = 2 * (n - 1);
+    const Point& corner = x[static_cast<std::size_t>(half)];
+    const std::int64_t first = half == 0 ? i2 : j2, second = half == 0 ? j2 : i2;
+    return over(whole * a + first * (corner - a) + second * (b - corner), whole);
+}
+
+std::uint64_t Diamond::id() const {
+    const int f = face_of(c);
+    const std::int64_t u = shifted_u(c, f) / 32, v = shifted_v(c, f) / 32;
+    auto bits = static_cast<std::uint64_t>(f) << 54;
+    for (int r = 0; r < 27; ++r) {
+        bits |= static_cast<std::uint64_t>(u >> r & 1) << (2 * r);
+        bits |= static_cast<std::uint64_t>(v >> r & 1) << (2 * r + 1);
+    }
+    return bits;
+}
+
+// ---- 3 File, 4 Header ----
+
+Reader::Reader(std::vector<std::uint8_t> bytes) : bytes_(std::move(bytes)) {
+    read_header();
+    read_roots();
+    read_directory();
+}
+
+namespace {
+
+Extent read_extent(Cursor& in) {
+    Extent e;
+    e.offset = in.u64();
+    e.length = in.u32();
+    demand(in.u32() == 0, "header: reserved");
+    e.checksum = in.u64();
+    return e;
+}
+
+// Bytes of the file from an offset on; `kind` is the error if they lie outside.
+std::vector<std::uint8_t> stretch(const std::vector<std::uint8_t>& file, std::uint64_t offset,
+                                  std::uint64_t length, const std::string& what) {
+    if (offset > file.size() || length > file.size() - offset)
+        refuse("corrupt", what + " lies outside the file");
+    const auto begin = file.begin() + static_cast<std::ptrdiff_t>(offset);
+    return {begin, begin + static_cast<std::ptrdiff_t>(length)};
+}
+
+}  // namespace
+
+void Reader::read_header() {
+    Cursor first{bytes_.data(), bytes_.data() + bytes_.size(), "header"};
+    const std::vector<std::uint8_t> magic{0x8A, 0x43, 0x41, 0x52, 0x41, 0x54, 0x0D, 0x0A};
+    demand(first.take(8) == magic, "wrong magic");
+    if (first.u32() != 1) refuse("unsupported", "format version");
+    const std::uint64_t length = first.u32();
+    demand(length >= 152, "header too short");
+    if (length > (std::uint64_t{1} << 24)) refuse("limit", "header too long");
+    if (length > bytes_.size()) refuse("truncated", "header");
+    Cursor tail{bytes_.data() + length - 8, bytes_.data() + length, "header"};
+    demand(tail.u64() == checksum(bytes_.data(), length - 8), "header checksum");
+
+    Cursor in{bytes_.data() + 16, bytes_.data() + length - 8, "header"};
+    Header& h = header_;
+    h.file_bytes = in.u64();
+    if (bytes_.size() < h.file_bytes) refuse("truncated", "file");
+    demand(bytes_.size() == h.file_bytes, "file too long");
+    h.quantum = in.f64();
+    h.tolerance = in.f64();
+    h.a = in.f64();
+    h.b = in.f64();
+    h.p = in.u8();
+    if (in.u8() != 0) refuse("unsupported", "coder");
+    if (in.u8() != 0) refuse("unsupported", "attribute");
+    h.deepest = in.u8();
+    const std::uint64_t radii = in.u32();
+    h.refined = in.u64();
+    h.least = in.i32();
+    h.greatest = in.i32();
+    h.roots = read_extent(in);
+    h.directory = read_extent(in);
+    const std::uint64_t body = in.u32(), datum = in.u32(), provenance = in.u32();
+    demand(in.u32() == 0, "header: reserved");
+    demand(in.left() == 4 * radii + body + datum + provenance, "header length");
+    demand(h.p >= 2 && h.p <= 7, "p");
+    demand(h.deepest <= 50 && h.deepest <= 62 - 2 * h.p, "deepest level");
+    demand(radii == static_cast<std::uint64_t>(h.deepest) + 1, "number of radii");
+    demand(std::isfinite(h.quantum) && h.quantum > 0, "quantum");
+    demand(std::isfinite(h.tolerance) && h.tolerance >= h.quantum / 2, "tolerance");
+    demand(h.b >= 1e-3 && h.b <= h.a && h.a <= 1e12, "semi-axes");
+    demand(h.least <= h.greatest, "least and greatest height");
+    for (std::uint64_t k = 0; k < radii; ++k) {
+        const std::int64_t r = in.i32();
+        demand(r >= 0 && r <= (std::int64_t{1} << 29), "radius");
+        demand(static_cast<double>(r) * h.quantum + h.quantum / 2 <= h.tolerance, "radius above tolerance");
+        h.radii.push_back(r);
+    }
+    h.body = in.text(body);
+    h.datum = in.text(datum);
+    h.provenance = in.text(provenance);
+}
+
+// ---- 8.2 Gamma code (the root values need it too) ----
+
+namespace {
+
+std::int64_t gamma_value(Bits& in) {
+    int t = 0;
+    while (in.bit() == 0) {
+        ++t;
+        demand(t <= 32, "gamma code above 2^32");
+    }
+    std::uint64_t x = std::uint64_t{1} << t;
+    for (int k = 0; k < t; ++k) x |= static_cast<std::uint64_t>(in.bit()) << k;
+    demand(x <= (std::uint64_t{1} << 32), "gamma code above 2^32");
+    const auto wide = static_cast<std::int64_t>(x);
+    return x % 2 == 1 ? (wide - 1) / 2 : -(wide / 2);
+}
+
+}  // namespace
+
+// ---- 5 Root values ----
+
+void Reader::read_roots() {
+    const auto raw = stretch(bytes_, header_.roots.offset, header_.roots.length, "root values");
+    demand(checksum(raw.data(), raw.size()) == header_.roots.checksum, "root values checksum");
+    Bits in{raw};
+    const int size = n();
+    const std::int64_t step = 2 * header_.radii[0] + 1;
+    std::map<Point, std::int64_t> shared;
+    for (int f = 0; f < 6; ++f) {
+        const Diamond d = Diamond::at(on(f, kE, kE));
+        Matrix& k = roots_[static_cast<std::size_t>(f)];
+        k.assign(static_cast<std::size_t>(size * size), 0);
+        const auto at = [&](int i, int j) -> std::int64_t& {
+            return k[static_cast<std::size_t>(i * size + j)];
+        };
+        for (int i = 0; i < size; ++i)
+            for (int j = 0; j < size; ++j) {
+                const Point here = d.point(i >= j ? 0 : 1, 2 * i, 2 * j, size);
+                if (const auto it = shared.find(here); it != shared.end()) {
+                    at(i, j) = it->second;
+                    continue;
+                }
+                std::int64_t prediction = 0;
+                if (i == 0 && j > 0) prediction = at(0, j - 1);
+                if (j == 0 && i > 0) prediction = at(i - 1, 0);
+                if (i > 0 && j > 0) {
+                    const std::int64_t w = at(i, j - 1), north = at(i - 1, j), m = at(i - 1, j - 1);
+                    if (m >= std::max(w, north))
+                        prediction = std::min(w, north);
+                    else if (m <= std::min(w, north))
+                        prediction = std::max(w, north);
+                    else
+                        prediction = reduced(w + north - m);
+                }
+                at(i, j) = reduced(prediction + gamma_value(in));
+                shared[here] = at(i, j);
+            }
+    }
+    in.end();
+    for (Matrix& k : roots_)
+        for (std::int64_t& value : k) value = reduced(value * step);
+}
+
+// ---- 6 Directory ----
+
+void Reader::read_directory() {
+    const auto top = stretch(bytes_, header_.directory.offset, header_.directory.length, "directory");
+    demand(checksum(top.data(), top.size()) == header_.directory.checksum, "directory checksum");
+    demand(top.size() % 32 == 0, "directory length");
+    Cursor in{top.data(), top.data() + top.size(), "directory"};
+    std::pair<std::uint64_t, int> last{0, -1};
+    std::optional<std::uint64_t> page;
+    while (in.left() > 0) {
+        const std::uint64_t first_key = in.u64();
+        const auto first_slot = static_cast<int>(in.u16());
+        demand(in.u16() == 0, "directory: reserved");
+        const std::uint64_t entries = in.u32(), offset = in.u64(), sum = in.u64();
+        demand(entries >= 1 && entries <= 1024, "directory: size of a block");
+        const auto raw = stretch(bytes_, offset, 24 * entries, "directory block");
+        demand(checksum(raw.data(), raw.size()) == sum, "directory block checksum");
+        Cursor block{raw.data(), raw.data() + raw.size(), "directory block"};
+        for (std::uint64_t k = 0; k < entries; ++k) {
+            PartPlace place;
+            place.key = block.u64();
+            place.offset = block.u64();
+            place.length = block.u32();
+            place.first_slot = static_cast<int>(block.u16());
+            demand(block.u16() == 0, "directory block: reserved");
+            if (k == 0)
+                demand(place.key == first_key && place.first_slot == first_slot, "directory: first entry");
+            demand(place.offset <= bytes_.size() && place.length <= bytes_.size() - place.offset,
+                   "part outside");
+            demand(place.length <= (1u << 20), "part too long");
+            demand(std::pair(place.key, place.first_slot) > last, "directory: order");
+            demand(place.first_slot <= 76, "directory: first slot");
+            demand(page == place.key || place.first_slot == 0, "page without its first slots");
+            last = {place.key, place.first_slot};
+            page = place.key;
+            places_[last] = place;
+        }
+    }
+}
+
+// ---- 7 Pages ----
+
+namespace {
+
+// 7.1: the square, by centre, whose page holds a diamond.
+Point page_square(const Diamond& d) {
+    const int level = d.level / 6 * 6;
+    const std::int64_t h = kE >> (level / 2);
+    std::optional<std::pair<std::uint64_t, Point>> best;
+    for (int f = 0; f < 6; ++f) {
+        if (!on_face(d.c, f)) continue;
+        const std::int64_t u = shifted_u(d.c, f), v = shifted_v(d.c, f);
+        // Squares of this level have centres at odd multiples of h; those within h of the point contain it.
+        for (std::int64_t cu = u / (2 * h) * 2 * h - h; cu <= u + h; cu += 2 * h)
+            for (std::int64_t cv = v / (2 * h) * 2 * h - h; cv <= v + h; cv += 2 * h) {
+                if (cu < 0 || cv < 0 || cu > 2 * kE || cv > 2 * kE) continue;
+                if (std::abs(cu - u) > h || std::abs(cv - v) > h) continue;
+                const Point square = on(f, cu, cv);
+                const std::uint64_t id = Diamond::at(square).id();
+                if (!best || id < best->first) best = {id, square};
+            }
+    }
+    return best->second;
+}
+
+std::uint64_t page_key(const Point& square) {
+    const Diamond d = Diamond::at(square);
+    return (static_cast<std::uint64_t>(d.level / 6) << 57) + d.id();
+}
+
+// The square of a key, by centre; refuses keys of no square.
+Point key_square(std::uint64_t key) {
+    const std::uint64_t id = key & ((std::uint64_t{1} << 57) - 1);
+    const int f = static_cast<int>(id >> 54);
+    std::int64_t u = 0, v = 0;
+    for (int r = 0; r < 27; ++r) {
+        u |= static_cast<std::int64_t>(id >> (2 * r) & 1) << (r + 5);
+        v |= static_cast<std::int64_t>(id >> (2 * r + 1) & 1) << (r + 5);
+    }
+    demand(f < 6 && u > 0 && v > 0 && u < 2 * kE && v < 2 * kE, "impossible page key");
+    const Point square = on(f, u, v);
+    const Diamond d = Diamond::at(square);
+    demand(d.level <= 50 && d.level % 6 == 0 && page_key(square) == key, "impossible page key");
+    return square;
+}
+
+// 7.2
+int slot_of(const Diamond& d, const Point& square) {
+    const int j = d.level % 6, f = face_of(square);
+    const std::int64_t w = std::int64_t{1} << (j / 2), half = kE >> (Diamond::at(square).level / 2),
+                       h = half / w;
+    const std::int64_t u = shifted_u(d.c, f) - (shifted_u(square, f) - half);
+    const std::int64_t v = shifted_v(d.c, f) - (shifted_v(square, f) - half);
+    const auto x = static_cast<int>(u / (2 * h)), y = static_cast<int>(v / (2 * h));
+    const bool u_odd = u / h % 2 != 0;
+    switch (j) {
+        case 0:
+            return 0;
+        case 1:
+            return u_odd ? 1 + y : 3 + x;
+        case 2:
+            return 5 + 2 * y + x;
+        case 3:
+            return u_odd ? 9 + 2 * y + x : 15 + 3 * y + x;
+        case 4:
+            return 21 + 4 * y + x;
+        default:
+            return u_odd ? 37 + 4 * y + x : 57 + 5 * y + x;
+    }
+}
+
+int sub_level(int slot) {
+    return slot < 1 ? 0 : slot < 5 ? 1 : slot < 9 ? 2 : slot < 21 ? 3 : slot < 37 ? 4 : 5;
+}
+
+}  // namespace
+
+// 7.3, 7.4
+Reader::Part Reader::parse_part(const PartPlace& place) {
+    const auto raw = stretch(bytes_, place.offset, place.length, "part");
+    Cursor in{raw.data(), raw.data() + raw.size(), "part of page " + std::to_string(place.key)};
+    const int level = Diamond::at(key_square(place.key)).level;
+    demand(in.u64() == checksum(raw.data() + 8, raw.size() - 8), in.what + ": checksum");
+    demand(in.u64() == place.key, in.what + ": key");
+    const int kind = in.u8();
+    demand(kind <= 1, in.what + ": kind");
+    Part part;
+    part.first = place.first_slot;
+    part.zero = kind == 1;
+    if (part.zero) {
+        demand(place.first_slot == 0, in.what + ": zero page in parts");
+        part.zero_end = in.u8();
+        demand(in.u16() == 0, in.what + ": reserved");
+        demand(part.zero_end > level && part.zero_end <= header_.deepest, in.what + ": Z");
+    } else {
+        demand(in.u8() == place.first_slot, in.what + ": first slot");
+        part.slots = in.u8();
+        demand(part.slots >= 1 && part.first + part.slots <= 77, in.what + ": slots");
+        demand(in.u8() == 0, in.what + ": reserved");
+    }
+    part.least = in.i32();
+    part.greatest = in.i32();
+    part.delta = in.f32();
+    demand(part.least <= part.greatest && std::isfinite(part.delta) && part.delta >= 0, in.what + ": range");
+    if (part.zero) {
+        for (int l = level; l < part.zero_end; ++l) part.zero_delta.push_back(in.u8());
+        demand(in.left() == 0, in.what + ": bytes left over");
+        return part;
+    }
+    const auto bitmap = in.take(static_cast<std::uint64_t>((part.slots + 7) / 8));
+    for (int k = 0; k < 8 * static_cast<int>(bitmap.size()); ++k) {
+        if ((bitmap[static_cast<std::size_t>(k / 8)] >> (k % 8) & 1) == 0) continue;
+        demand(k < part.slots, in.what + ": bitmap");
+        demand(level + sub_level(part.first + k) < header_.deepest, in.what + ": too deep");
+        part.entries[part.first + k] = {};
+    }
+    std::vector<std::uint64_t> lengths;
+    for (auto& [slot, entry] : part.entries) {
+        const int info = in.u8();
+        entry.mode = info & 3;
+        entry.leaf = (info & 4) != 0 ? 4 : 2;
+        demand(entry.mode <= 2 && info < 8, in.what + ": mode");
+        for (auto& summary : entry.summary)
+            for (int& byte : summary) byte = in.u8();
+        lengths.push_back(in.varint());
+    }
+    std::size_t k = 0;
+    for (auto& [slot, entry] : part.entries) entry.blob = in.take(lengths[k++]);
+    demand(in.left() == 0, in.what + ": bytes left over");
+    return part;
+}
+
+// The part of a page that covers a slot; null if there is no such page.
+const Reader::Part* Reader::part(std::uint64_t key, int slot) {
+    auto it = places_.upper_bound({key, slot});
+    if (it == places_.begin()) return nullptr;
+    --it;
+    if (it->first.first != key) return nullptr;
+    if (!parts_.contains(it->first)) parts_[it->first] = parse_part(it->second);
+    const Part& found = parts_.at(it->first);
+    demand(slot < found.first + found.slots, "no part covers a slot");
+    return &found;
+}
+
+Reader::Count Reader::count() {
+    Count out;
+    for (const auto& [where, place] : places_) {
+        const Part* found = part(where.first, where.second);
+        ++out.parts;
+        out.pages += where.second == 0 ? 1 : 0;
+        out.zero_pages += found->zero ? 1 : 0;
+    }
+    return out;
+}
+
+// 7.5
+std::optional<Reader::Found> Reader::find(const Point& centre) {
+    const Diamond d = Diamond::at(centre);
+    if (d.level >= header_.deepest) return std::nullopt;
+    Point square = page_square(d);
+    int slot = slot_of(d, square);
+    for (bool own = true;; own = false) {
+        if (const Part* found = part(page_key(square), slot)) {
+            if (found->zero)
+                return d.level < found->zero_end ? std::optional<Found>{{found, nullptr}} : std::nullopt;
+            const auto it = found->entries.find(slot);
+            if (!own || it == found->entries.end()) return std::nullopt;
+            return Found{found, &it->second};
+        }
+        // The parent page: the square one band coarser that contains this square, so its centre.
+        const Diamond page = Diamond::at(square);
+        if (page.level == 0) return std::nullopt;
+        const std::int64_t h = kE >> ((page.level - 6) / 2);
+        const int f = face_of(square);
+        square =
+            on(f, shifted_u(square, f) / (2 * h) * 2 * h + h, shifted_v(square, f) / (2 * h) * 2 * h + h);
+        slot = 0;
+    }
+}
+
+bool Reader::refined(const Point& centre) { return find(centre).has_value(); }
+
+// ---- 8 Residuals of a diamond ----
+
+namespace {
+
+struct Quadtree {
+    Bits& in;
+    int rows, leaf;
+    Matrix values;
+
+    // True if the square holds a value that is not zero, as its bit says.
+    bool square(int i, int j, int side, bool bit_written) {
+        if (bit_written && in.bit() == 0) return false;
+        if (side == leaf) {
+            for (int r = i; r < i + side; ++r)
+                for (int c = j; c < j + side; ++c)
+                    if (r < rows && c < rows)
+                        values[static_cast<std::size_t>(r * rows + c)] = gamma_value(in);
+            return true;
+        }
+        const int half = side / 2;
+        bool any = square(i, j, half, true);
+        any = square(i, j + half, half, true) || any;
+        any = square(i + half, j, half, true) || any;
+        square(i + half, j + half, half, any);
+        return true;
+    }
+};
+
+Matrix read_matrix(Bits& in, int rows, int side, int leaf) {
+    Quadtree tree{in, rows, leaf, Matrix(static_cast<std::size_t>(rows * rows))};
+    tree.square(0, 0, side, true);
+    return tree.values;
+}
+
+// ---- 9 Reconstruction ----
+
+// 9.1
+Matrix pred(const Matrix& k, int m) {
+    const auto at = [&](int i, int j) { return k[static_cast<std::size_t>(i * m + j)]; };
+    Matrix out;
+    for (int i = 0; i < m - 1; ++i)
+        for (int j = 0; j < m - 1; ++j) {
+            const std::int64_t four = at(i, j) + at(i, j + 1) + at(i + 1, j) + at(i + 1, j + 1);
+            const bool row_border = i == 0 || i == m - 2, column_border = j == 0 || j == m - 2;
+            const auto beside = [&] {
+                return at(i, j - 1) + at(i, j + 2) + at(i + 1, j - 1) + at(i + 1, j + 2);
+            };
+            const auto above = [&] {
+                return at(i - 1, j) + at(i + 2, j) + at(i - 1, j + 1) + at(i + 2, j + 1);
+            };
+            std::int64_t value = 0;
+            if (row_border && column_border)
+                value = floor_div(four + 2, 4);
+            else if (row_border)
+                value = floor_div(9 * four - beside() + 16, 32);
+            else if (column_border)
+                value = floor_div(9 * four - above() + 16, 32);
+            else
+                value = floor_div(10 * four - beside() - above() + 16, 32);
+            out.push_back(reduced(value));
+        }
+    return out;
+}
+
+}  // namespace
+
+// 9.2
+const Refined& Reader::refine(const Point& centre) {
+    if (const auto it = refined_.find(centre); it != refined_.end()) return it->second;
+    const std::optional<Found> found = find(centre);
+    demand(found.has_value(), "asked to refine a leaf");
+    const Heights& h = heights(centre);
+    demand(h.has[0] && h.has[1], "refined without both parents");
+    const int size = n(), cells = size - 1, inner = size - 2;
+    Entry entry;
+    if (found->entry != nullptr) entry = *found->entry;
+    Matrix qc(static_cast<std::size_t>(cells * cells)), qv(static_cast<std::size_t>(inner * inner));
+    if (!entry.blob.empty()) {
+        Bits in{entry.blob};
+        qc = read_matrix(in, cells, cells, entry.leaf);
+        if (entry.mode != 0) qv = read_matrix(in, inner, cells, entry.leaf);
+        in.end();
+    }
+    const std::int64_t step = 2 * header_.radii[static_cast<std::size_t>(Diamond::at(centre).level) + 1] + 1;
+    Refined out;
+    out.v = h.p;
+    const auto inside = [&](auto value) {  // V(i, j) = value(index in P, index in the inner matrix)
+        for (int i = 1; i <= inner; ++i)
+            for (int j = 1; j <= inner; ++j) {
+                const auto at = static_cast<std::size_t>(i * size + j);
+                out.v[at] = reduced(value(at, static_cast<std::size_t>((i - 1) * inner + j - 1)));
+            }
+    };
+    if (entry.mode == 1) inside([&](std::size_t at, std::size_t k) { return h.p[at] + step * qv[k]; });
+    out.c = pred(out.v, size);
+    for (std::size_t k = 0; k < out.c.size(); ++k) out.c[k] = reduced(out.c[k] + step * qc[k]);
+    if (entry.mode == 2) {
+        const Matrix predicted = pred(out.c, cells);
+        inside([&](std::size_t at, std::size_t k) { return 2 * h.p[at] - predicted[k] + step * qv[k]; });
+    }
+    return refined_[centre] = out;
+}
+
+// 9.3
+const std::map<Point, std::int64_t>& Reader::samples(const Point& centre) {
+    if (const auto it = samples_.find(centre); it != samples_.end()) return it->second;
+    const Refined& r = refine(centre);
+    const Diamond d = Diamond::at(centre);
+    std::map<Point, std::int64_t>& out = samples_[centre];
+    const int size = n();
+    for (int i = 0; i < size; ++i)
+        for (int j = 0; j < size; ++j) {
+            const int half = i >= j ? 0 : 1;
+            out[d.point(half, 2 * i, 2 * j, size)] = r.v[static_cast<std::size_t>(i * size + j)];
+            if (i < size - 1 && j < size - 1)
+                out[d.point(half, 2 * i + 1, 2 * j + 1, size)] =
+                    r.c[static_cast<std::size_t>(i * (size - 1) + j)];
+        }
+    return out;
+}
+
+const Heights& Reader::heights(const Point& centre) {
+    if (const auto it = heights_.find(centre); it != heights_.end()) return it->second;
+    const Diamond d = Diamond::at(centre);
+    if (d.level == 0)
+        return heights_[centre] = {{true, true}, roots_[static_cast<std::size_t>(face_of(centre))]};
+    Heights out;
+    const int size = n();
+    out.p.assign(static_cast<std::size_t>(size * size), 0);
+    for (int half = 0; half < 2; ++half) {
+        const Point& parent = d.x[static_cast<std::size_t>(half)];
+        if (!refined(parent)) continue;
+        out.has[static_cast<std::size_t>(half)] = true;
+        const std::map<Point, std::int64_t>& known = samples(parent);
+        for (int i = 0; i < size; ++i)
+            for (int j = 0; j < size; ++j)
+                if (half == 0 ? i >= j : i <= j)
+                    out.p[static_cast<std::size_t>(i * size + j)] =
+                        known.at(d.point(half, 2 * i, 2 * j, size));
+    }
+    return heights_[centre] = out;
+}
+
+// ---- 10 Summaries ----
+
+Summary Reader::summary(const Point& centre, int half) {
+    static constexpr std::array<int, 16> kT{65536, 62758, 60097, 57549, 55109, 52773, 50536, 48393,
+                                            46341, 44377, 42495, 40694, 38968, 37316, 35734, 34219};
+    const std::optional<Found> found = find(centre);
+    demand(found.has_value(), "a leaf has no summary");
+    const Part& part = *found->part;
+    const auto delta = [&](int byte) {
+        return part.delta * kT[static_cast<std::size_t>(byte % 16)] / std::pow(2.0, 16 + byte / 16);
+    };
+    if (found->entry == nullptr) {
+        const int top = part.zero_end - static_cast<int>(part.zero_delta.size());
+        const auto level = static_cast<std::size_t>(Diamond::at(centre).level - top);
+        return {part.least, part.greatest, delta(part.zero_delta[level])};
+    }
+    const auto& bytes = found->entry->summary[static_cast<std::size_t>(half)];
+    const std::int64_t span = part.greatest - part.least;
+    return {part.least + span * bytes[0] / 255, part.least + (span * bytes[1] + 254) / 255, delta(bytes[2])};
+}
+
+}  // namespace slow
