@@ -31,6 +31,7 @@ float irradiance(vec3 normal, vec3 up) {
 }
 
 vec3 surface_colour(vec3 normal, vec3 up, float height) {
-    vec3 n = exaggerated(normalize(normal), normalize(up), frame.table.w);
-    return albedo(height, normalize(up)) * irradiance(n, normalize(up)) * frame.body.w;
+    vec3 u = normalize(up);
+    vec3 n = exaggerated(normalize(normal), u, frame.table.w);
+    return albedo(height, u) * irradiance(n, u) * frame.body.w;
 }

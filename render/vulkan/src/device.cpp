@@ -123,6 +123,7 @@ void Device::create() {
     wanted.base.features.drawIndirectFirstInstance = VK_TRUE;
     wanted.v12.timelineSemaphore = VK_TRUE;
     wanted.v13.dynamicRendering = VK_TRUE;
+    wanted.v13.maintenance4 = VK_TRUE;  // work group sizes by constant; every Vulkan 1.3 device has it
     wanted.v13.synchronization2 = VK_TRUE;
     const float priority = 1;
     const VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
