@@ -1,6 +1,7 @@
 #include "derivative.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -27,17 +28,30 @@ Vec3 surface_point(const Ellipsoid& body, int face, double phi, double psi) {
     return body.position({w[0] / l, w[1] / l, w[2] / l}, 0);
 }
 
-// Greatest length of uu cos^2 + 2 uv cos sin + vv sin^2 over directions, uu, uv, vv the second derivatives.
-double greatest_second(const Vec3& uu, const Vec3& uv, const Vec3& vv) {
-    double greatest = 0;
-    for (int k = 0; k < kFineDirections; ++k) {
-        const double angle = std::numbers::pi * k / kFineDirections;
+// Weights of the three second derivatives in the one along a direction: cos^2, 2 cos sin, sin^2.
+std::array<Vec3, kFineDirections> direction_weights() {
+    std::array<Vec3, kFineDirections> out{};
+    for (std::size_t k = 0; k < kFineDirections; ++k) {
+        const double angle = std::numbers::pi * static_cast<double>(k) / kFineDirections;
         const double c = std::cos(angle), s = std::sin(angle);
-        Vec3 along{};
-        for (std::size_t i = 0; i < 3; ++i) along[i] = uu[i] * c * c + 2 * uv[i] * c * s + vv[i] * s * s;
-        greatest = std::max(greatest, length(along));
+        out[k] = {c * c, 2 * c * s, s * s};
     }
-    return greatest;
+    return out;
+}
+
+// Greatest length of the second derivative over directions.
+double greatest_second(const Vec3& uu, const Vec3& uv, const Vec3& vv) {
+    static const std::array<Vec3, kFineDirections> weights = direction_weights();
+    double greatest = 0;  // squared
+    for (const Vec3& w : weights) {
+        double squared = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const double along = uu[i] * w[0] + uv[i] * w[1] + vv[i] * w[2];
+            squared += along * along;
+        }
+        greatest = std::max(greatest, squared);
+    }
+    return std::sqrt(greatest);
 }
 
 double second_derivative(const Ellipsoid& body, int face, double phi, double psi) {

@@ -24,8 +24,8 @@ Vec3 direction(const Geodetic& g) {
                                           std::to_string(g.longitude) + " is not a place: |latitude| <= 90");
     double sin_lat = 0, cos_lat = 0, sin_lon = 0, cos_lon = 0;
     GeographicLib::Math::sincosd(g.latitude, sin_lat, cos_lat);
-    // -180 and 180 are one meridian and must be one vector, signed zeros included.
-    GeographicLib::Math::sincosd(g.longitude == -180 ? 180.0 : g.longitude, sin_lon, cos_lon);
+    GeographicLib::Math::sincosd(g.longitude, sin_lon, cos_lon);
+    // -180 and 180 are one meridian and must be one vector: no negative zeros.
     return {cos_lat * cos_lon + 0.0, cos_lat * sin_lon + 0.0, sin_lat + 0.0};
 }
 

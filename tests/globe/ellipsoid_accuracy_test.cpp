@@ -175,6 +175,13 @@ TEST(Geodetic, InvertsDirection) {
     }
 }
 
+TEST(Geodetic, ZerosOfEitherSignArePlacesOfOneName) {
+    for (const double x : {0.0, -0.0})
+        for (const double y : {0.0, -0.0}) EXPECT_EQ(geodetic({x, y, 1}).longitude, 0) << x << ' ' << y;
+    EXPECT_EQ(geodetic({-1, -0.0, 0}).longitude, 180);
+    EXPECT_EQ(geodetic({0, 0, -2}).latitude, -90);
+}
+
 template <class Call>
 void expect_usage_error(Call call, const char* what) {
     try {
