@@ -77,9 +77,7 @@ double third_derivative(const Ellipsoid& body, int face, double phi, double psi)
     return greatest / (2 * kStep * kStep * kStep);
 }
 
-}  // namespace
-
-DerivativeBounds derivative_bounds(const Ellipsoid& body) {
+DerivativeBounds sampled_bounds(const Ellipsoid& body) {
     // Mirror images and quarter turns about the axis of rotation: a quarter of one equatorial and of one
     // polar face.
     constexpr int kSamples = 16;
@@ -93,6 +91,18 @@ DerivativeBounds derivative_bounds(const Ellipsoid& body) {
                 worst.third = std::max(worst.third, third_derivative(body, face, phi, psi));
             }
     return {worst.second * kMargin, worst.third * kMargin};
+}
+
+}  // namespace
+
+DerivativeBounds derivative_bounds(const Ellipsoid& body) {
+    // Milliseconds of work, and a program opens many files of one body.
+    thread_local struct {
+        double a = 0, b = 0;
+        DerivativeBounds bounds;
+    } last;
+    if (last.a != body.a() || last.b != body.b()) last = {body.a(), body.b(), sampled_bounds(body)};
+    return last.bounds;
 }
 
 double second_derivative_at(const Ellipsoid& body, const RealLattice& place) {
