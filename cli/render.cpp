@@ -1,0 +1,235 @@
+// carat render: a picture of the planet.
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+#include <tbb/global_control.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <numbers>
+
+#include "aov_list.hpp"
+#include "carat/codec/surface.hpp"
+#include "carat/globe/error.hpp"
+#include "carat/render/draw_list.hpp"
+#include "carat/render/view.hpp"
+#include "carat/vulkan/picture.hpp"
+#include "carat/vulkan/renderer.hpp"
+#include "commands.hpp"
+#include "render_stats.hpp"
+#include "text.hpp"
+#include "values.hpp"
+
+namespace carat::cli {
+namespace {
+
+struct Options {
+    std::string file, output, stats;
+    std::array<double, 3> eye{};
+    std::array<double, 3> background{};  // sRGB, 0 to 255
+    std::optional<std::array<double, 2>> sun;
+    ViewRequest view;
+    double error = 1;
+    AovList aovs;
+    Light light;
+    RendererOptions renderer;
+    int samples = 4, threads = 0;
+    bool overwrite = false;
+};
+
+constexpr const char* kFooter = R"(
+Refines the planet until no visible patch is further than --error pixels from the surface that the file describes,
+then draws it with Vulkan: on a GPU where there is one, otherwise in software (Mesa lavapipe).
+
+The eye's height is above the ellipsoid. Heading is clockwise from north, pitch is up from the horizon: -90 looks
+straight down. --fov is vertical. --sun gives the direction of the light as seen from the eye: azimuth clockwise from
+north, elevation above the horizon; by default it comes from the north-west, 45 degrees high near the ground and
+up to 70 from space.
+
+Pictures: .png (and others that OpenImageIO writes), 8 bits sRGB; .exr, linear. --aov needs .exr: all in one file,
+channels R G B A (color, A is coverage), Z (depth, metres along the view axis), position.X Y Z (metres from the eye,
+body axes), normal.X Y Z (body axes), height.Y (metres above the datum), level.Y (-1: background). --stats holds the eye and the axes of the camera.
+
+Examples:
+  carat render earth.carat --eye 20,10,16e6 --size 1280x720 -o globe.png
+  carat render earth.carat --eye -33.4,-70.6,9000 --heading 75 --pitch -8 --size 1920x1080 --error 1 -o andes.png
+  carat render earth.carat --eye 36.3,-118.2,6000 --heading 300 --pitch -10 --sun 250,12 --stats cost.json -o dusk.exr
+  carat render earth.carat --eye 46.6,7.95,4500 --pitch -12 --aov color,depth,position -o layers.exr)";
+
+void add_view_options(CLI::App& sub, Options& o) {
+    const char* group = "View";
+    add_numbers(sub, "--eye", o.eye, "LAT,LON,HEIGHT_M",
+                "Place of the eye: degrees, metres above the ellipsoid")
+        ->required()
+        ->group(group);
+    const auto angle = [&](const char* name, double& out, const char* description) {
+        add_value(sub, name, "DEG", description, [&out](const std::string& t) {
+            out = parse_number(t);
+        })->group(group);
+    };
+    angle("--heading", o.view.heading, "Clockwise from north (default 0)");
+    angle("--pitch", o.view.pitch, "Up from the horizon (default -90, straight down)");
+    angle("--fov", o.view.fov, "Vertical angle of view (default 45)");
+    add_value(sub, "--size", "WxH", "Pixels (default 1280x720)", [&o](const std::string& text) {
+        const auto size = parse_picture_size(text);
+        o.view.width = size[0];
+        o.view.image_height = size[1];
+    })->group(group);
+    sub.add_option("--error", o.error, "Greatest error on the screen, pixels (default 1)")
+        ->check(CLI::PositiveNumber)
+        ->group(group);
+}
+
+void add_look_options(CLI::App& sub, Options& o) {
+    const char* group = "Light and colour";
+    add_value(sub, "--sun", "AZ,EL", "Direction of the light seen from the eye, degrees",
+              [&o](const std::string& text) {
+                  const auto v = parse_numbers(text, 2);
+                  o.sun = {v[0], v[1]};
+              })
+        ->group(group);
+    sub.add_option("--ambient", o.light.ambient, "Share of light from everywhere, 0 to 1 (default 0.08)")
+        ->check(CLI::Range(0.0, 1.0))
+        ->group(group);
+    sub.add_option("--exposure", o.light.exposure, "Factor on the linear colour (default 1)")
+        ->check(CLI::PositiveNumber)
+        ->group(group);
+    sub.add_option("--relief", o.light.relief_exaggeration, "Factor on slopes, for shading only (default 1)")
+        ->check(CLI::PositiveNumber)
+        ->group(group);
+    add_numbers(sub, "--background", o.background, "R,G,B", "0 to 255, sRGB (default 0,0,0)")->group(group);
+    sub.add_option("--samples", o.samples, "A pixel: 1, 2, 4 (default) or 8")
+        ->check(CLI::IsMember({1, 2, 4, 8}))
+        ->group(group);
+}
+
+void add_output_options(CLI::App& sub, Options& o) {
+    const char* group = "Output";
+    sub.add_option("-o,--output", o.output, "The picture: .png, .exr, ...")->required()->group(group);
+    add_value(sub, "--aov", "LIST", "Of color, depth, normal, position, height, level (default color)",
+              [&o](const std::string& text) { o.aovs = AovList::parse(text); })
+        ->group(group);
+    sub.add_option("--stats", o.stats, "Counters and times as JSON")->type_name("OUT.json")->group(group);
+    sub.add_flag("--overwrite", o.overwrite, "Replace existing outputs")->group(group);
+    sub.add_option("--device", o.renderer.device, "Vulkan device: part of its name, or its number")
+        ->group(group);
+    sub.add_option("--threads", o.threads, "Threads (default: all)")
+        ->check(CLI::Range(1, 1024))
+        ->group(group);
+    sub.add_flag("--validation", o.renderer.validation, "Fail on any message of the Vulkan validation layer")
+        ->group(group);
+}
+
+void check_output(const std::string& path, bool overwrite) {
+    if (!overwrite && !path.empty() && std::filesystem::exists(path))
+        throw Error(ErrorCode::usage, path + ": exists already; --overwrite replaces it");
+}
+
+// Unit direction towards the light, body frame, from azimuth and elevation at the eye's place.
+Vec3 sun_direction(const Geodetic& place, double azimuth, double elevation) {
+    constexpr double kRadian = std::numbers::pi / 180;
+    const Vec3 up = direction(place);
+    const double lon = place.longitude * kRadian, az = azimuth * kRadian, el = elevation * kRadian;
+    const Vec3 east{-std::sin(lon), std::cos(lon), 0};
+    const Vec3 north{up[1] * east[2] - up[2] * east[1], up[2] * east[0] - up[0] * east[2],
+                     up[0] * east[1] - up[1] * east[0]};
+    Vec3 out{};
+    for (std::size_t k = 0; k < 3; ++k)
+        out[k] = std::sin(el) * up[k] + std::cos(el) * (std::sin(az) * east[k] + std::cos(az) * north[k]);
+    return out;
+}
+
+std::array<double, 2> default_sun(double height, const Ellipsoid& body) {
+    return {315, 45 + 25 * std::clamp(height / body.a(), 0.0, 1.0)};
+}
+
+std::array<float, 3> linear_background(const std::array<double, 3>& srgb) {
+    std::array<float, 3> out{};
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (!(srgb[k] >= 0 && srgb[k] <= 255))
+            throw Error(ErrorCode::usage, "--background: components are 0 to 255");
+        out[k] = srgb_decode(static_cast<float>(srgb[k] / 255));
+    }
+    return out;
+}
+
+// Plain words about what may surprise.
+void warn_about_eye(const std::shared_ptr<const Repository>& file, const ViewRequest& view) {
+    const std::string& datum = file->header().vertical_datum;
+    if (datum != "ellipsoid" && datum != "unstated")
+        spdlog::warn(
+            "the file's heights are above \"{}\" and drawn as if above the ellipsoid, as the eye's is",
+            datum);
+    const double ground = Surface(file, 1).sample(lattice_position(direction(view.eye))).height;
+    if (view.height < ground)
+        spdlog::warn("the eye is {} below the ground, which lies at {:.1f} m",
+                     length_text(ground - view.height), ground);
+}
+
+DrawRequest draw_request(const Options& o, const View& view, const Ellipsoid& body) {
+    DrawRequest request;
+    request.camera = view.camera();
+    request.light = o.light;
+    const auto sun = o.sun.value_or(default_sun(o.view.height, body));
+    request.light.direction = sun_direction(o.view.eye, sun[0], sun[1]);
+    request.background = linear_background(o.background);
+    request.aovs = o.aovs.wanted();
+    request.samples = o.samples;
+    return request;
+}
+
+int run(Options o, const Globals& globals) {
+    const auto begin = std::chrono::steady_clock::now();
+    o.view.eye = {o.eye[0], o.eye[1]};
+    o.view.height = o.eye[2];
+    check_output(o.output, o.overwrite);
+    check_output(o.stats, o.overwrite);
+    o.aovs.check_output(o.output);
+    std::optional<tbb::global_control> threads;
+    if (o.threads > 0)
+        threads.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(o.threads));
+
+    const auto file = Repository::open(o.file);
+    const Ellipsoid body = file->header().ellipsoid();
+    const View view(body, o.view);
+    const DrawRequest request = draw_request(o, view, body);
+    warn_about_eye(file, o.view);
+
+    RenderStats stats;
+    o.renderer.cells = file->header().cells();
+    Renderer renderer(body, view.unit(), o.renderer);
+    stats.device = renderer.device_name();
+    const DrawList list = converged_cut(*file, view, o.error);
+    const Frame frame = renderer.draw(request, list.meshes);
+    for (const std::string& message : renderer.messages()) throw Error(ErrorCode::io, "Vulkan: " + message);
+    write_picture(o.output, o.aovs.assemble(frame, o.output));
+
+    stats.camera = request.camera;
+    stats.unit = view.unit();
+    stats.cut = list.counters;
+    stats.frame = frame.counters;
+    stats.file_bytes = file->file_bytes();
+    stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (!o.stats.empty()) stats.write(o.stats);
+    if (list.counters.limited > 0)
+        spdlog::warn("{} patches on the deepest level are above {} pixels", list.counters.limited, o.error);
+    if (!globals.quiet) fmt::print(stderr, "{}: {}\n", o.output, stats.summary());
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Globals& globals) {
+    const auto o = std::make_shared<Options>();
+    CLI::App& sub = *app.add_subcommand("render", "Draw a picture of the planet");
+    sub.footer(kFooter);
+    sub.add_option("FILE", o->file, "A .carat file")->required();
+    add_view_options(sub, *o);
+    add_look_options(sub, *o);
+    add_output_options(sub, *o);
+    on_run(sub, globals, [o, &globals] { return run(*o, globals); });
+}
+
+}  // namespace carat::cli
