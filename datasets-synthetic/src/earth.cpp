@@ -34,14 +34,14 @@ enum Stream : std::uint64_t {
 
 /// Continental level to metres: abyss, rise, slope, shelf, coast, plain, upland.
 Curve earth_hypsometry() {
-    return Curve({{-1.2, -5700},
-                  {-0.55, -5300},
-                  {-0.33, -4700},
-                  {-0.22, -3900},
-                  {-0.16, -2500},
-                  {-0.105, -280},
-                  {-0.085, -140},
-                  {-0.04, -60},
+    return Curve({{-1.2, -6000},
+                  {-0.50, -5600},
+                  {-0.26, -5100},
+                  {-0.16, -4400},
+                  {-0.115, -3300},
+                  {-0.075, -700},
+                  {-0.06, -170},
+                  {-0.035, -60},
                   {0, 0},
                   {0.06, 120},
                   {0.25, 320},
@@ -120,8 +120,8 @@ void EarthRelief::set_sea_level(std::uint64_t seed) {
 }
 
 EarthRelief::Land EarthRelief::land(const Vec3& n, const Crust& c) const noexcept {
-    const Dual inland = smoothstep(-0.10, 0.12, c.level);
-    const Dual ocean = smoothstep(-0.10, -0.35, c.level);
+    const Dual inland = smoothstep(-0.09, 0.10, c.level);
+    const Dual ocean = smoothstep(-0.07, -0.20, c.level);
     const Dual province = fractal(provinces_, n, 0.5);
     const Dual old =
         hump(octave_noise(old_belts_.front(), c.warped), 0.10) * smoothstep(-0.1, 0.25, province);
@@ -137,10 +137,10 @@ EarthRelief::Land EarthRelief::land(const Vec3& n, const Crust& c) const noexcep
     const Dual hills = fractal(hills_, n, 0.52);
 
     Dual h = hypsometry_(c.level);
-    h += ocean * (3300.0 * c.plates.ridge - 900.0 * c.plates.rift);
+    h += ocean * (3000.0 * c.plates.ridge - 900.0 * c.plates.rift);
     h += (ocean + 0.5 * (1 - ocean)) * (1 - inland) * (-5200.0 * c.plates.trench);
-    h += mountains * (900.0 + 1500.0 * c.plates.collision + 2900.0 * crests);
-    h += (1 - inland) * c.plates.belt * 3800.0 * crests;  // island arcs
+    h += mountains * (900.0 + 1500.0 * c.plates.collision + 3700.0 * crests);
+    h += (1 - inland) * c.plates.belt * 6400.0 * crests;  // island arcs
     h += 900.0 * plateau;
     h += hills * (inland * (90.0 + 420.0 * rough + 1000.0 * mountains) + 60.0);
     h += ocean * (1 - 0.75 * smoothstep(-0.35, -0.7, c.level) * (1 - c.plates.ridge)) *

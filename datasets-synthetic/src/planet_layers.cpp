@@ -44,6 +44,8 @@ Height with_voids(Height height, std::uint64_t seed) {
     };
 }
 
+int inset_columns(const Options& options, int own) { return options.inset_size ? options.inset_size : own; }
+
 Grid square_around(const Geodetic& g, double step, int width) {
     const auto snap = [&](double degrees) { return std::round(degrees / step) * step; };
     return degree_grid(snap(g.longitude) - step * width / 2, snap(g.latitude) + step * width / 2, step, width,
@@ -60,13 +62,14 @@ std::vector<Layer> earth_layers(const Options& options) {
     };
     std::vector<Layer> layers;
     layers.push_back(layer("earth_summit_utm10m.tif", "10 m inset in UTM on a summit",
-                           utm_grid(sites.summit, 10, 1000), 10));
+                           utm_grid(sites.summit, 10, inset_columns(options, 1000)), 10));
     layers.push_back(layer("earth_coast_0p5s.tif", "0.5 arc-second inset over a coast",
-                           square_around(sites.coast, 1.0 / 7200, 1080),
+                           square_around(sites.coast, 1.0 / 7200, inset_columns(options, 1080)),
                            degree_spacing(1.0 / 7200, kEarthRadius)));
-    layers.push_back(
-        layer("earth_range_3s.tif", "3 arc-second inset over a mountain range, with NODATA voids",
-              square_around(sites.summit, 1.0 / 1200, 1200), degree_spacing(1.0 / 1200, kEarthRadius)));
+    layers.push_back(layer("earth_range_3s.tif",
+                           "3 arc-second inset over a mountain range, with NODATA voids",
+                           square_around(sites.summit, 1.0 / 1200, inset_columns(options, 1200)),
+                           degree_spacing(1.0 / 1200, kEarthRadius)));
     Written& range = layers.back().info;
     range.nodata = kVoid;
     range.truth = with_voids(range.truth, options.seed);
@@ -84,8 +87,9 @@ std::vector<Layer> moon_layers(const Options& options) {
         return relief_layer(name, purpose, "moonlike_height", std::move(grid), spacing_m, options, moonlike);
     };
     std::vector<Layer> layers;
-    layers.push_back(layer("moon_inset.tif", "inset of 128 pixels per degree",
-                           square_around({.latitude = -43, .longitude = -11}, 1.0 / 128, 768)));
+    layers.push_back(
+        layer("moon_inset.tif", "inset of 128 pixels per degree",
+              square_around({.latitude = -43, .longitude = -11}, 1.0 / 128, inset_columns(options, 768))));
     const int columns = options.size ? options.size : kMoonColumns;
     layers.push_back(layer("moon_global.tif", "the whole body", global_grid(columns, moon_crs())));
     return layers;

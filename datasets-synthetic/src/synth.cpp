@@ -58,6 +58,8 @@ std::vector<Layer> layers_of(Kind kind, const Options& options) {
 void check(const Options& options) {
     if (options.size != 0 && (options.size < 2 || options.size > 86400 || options.size % 2 != 0))
         throw Error(ErrorCode::usage, "size must be an even number of columns from 2 to 86400");
+    if (options.inset_size != 0 && (options.inset_size < 2 || options.inset_size > 20000))
+        throw Error(ErrorCode::usage, "insets must have 2 to 20000 columns");
     if (options.min_wavelength_m != 0 && !(options.min_wavelength_m >= 1))
         throw Error(ErrorCode::usage, "the smallest wavelength must be at least 1 m");
 }
@@ -78,7 +80,9 @@ std::vector<Written> write_layers(Kind kind, const std::vector<Layer>& layers, c
         total += static_cast<std::uint64_t>(l.grid.width) * static_cast<std::uint64_t>(l.grid.height);
     const auto advance = [&](std::uint64_t samples) {
         done += samples;
-        if (options.progress) options.progress(done, total);
+        if (options.progress && !options.progress(done, total))
+            throw Error(ErrorCode::io,
+                        directory.string() + ": interrupted; the files named so far are complete");
     };
     std::vector<Written> written;
     for (const Layer& l : layers) {

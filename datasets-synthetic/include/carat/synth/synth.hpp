@@ -89,13 +89,16 @@ struct Options {
     /// Columns of the global raster of earth and moon, even, 2..86400 (rows are half); 0: the kind's own
     /// default.
     int size = 0;
+    int inset_size =
+        0;  ///< columns and rows of each inset of earth and moon, 2..20000; 0: the kind's own default
     SampleType type = SampleType::float32;  ///< of earth and moon
     /// Of every file of earth and moon, metres; 0: twice the sample spacing of each file, at least
     /// kFinestWavelength.
     double min_wavelength_m = 0;
     bool overwrite = false;
-    /// Called from the calling thread now and then with samples done and in all.
-    std::function<void(std::uint64_t done, std::uint64_t total)> progress;
+    /// Called from the calling thread now and then with samples done and in all; false ends the work with an
+    /// Error.
+    std::function<bool(std::uint64_t done, std::uint64_t total)> progress;
 };
 
 struct Planet {
