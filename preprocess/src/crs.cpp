@@ -193,11 +193,27 @@ bool says_geocentric(const OGRSpatialReference& srs) {
     return name.find("ocentric") != std::string::npos;
 }
 
+// PROJ looks the codes up that a CRS names, and crashes (9.1.1) on one that names something else.
+void check_code(PJ_CONTEXT* context, const PJ* crs, const std::string& file) {
+    const char* authority = proj_get_id_auth_name(crs, 0);
+    const char* code = proj_get_id_code(crs, 0);
+    if (authority == nullptr || code == nullptr) return;
+    const Pj named(proj_create_from_database(context, authority, code, PJ_CATEGORY_CRS, 0, nullptr));
+    const PJ_TYPE type = named ? proj_get_type(named.get()) : PJ_TYPE_UNKNOWN;
+    const bool same_kind = type == proj_get_type(crs) || (type == PJ_TYPE_GEOGRAPHIC_3D_CRS &&
+                                                          proj_get_type(crs) == PJ_TYPE_GEOGRAPHIC_2D_CRS);
+    if (same_kind || !named) return;
+    refuse(file, std::string("its coordinate reference system claims to be ") + authority + ":" + code +
+                     ", which is " + proj_get_name(named.get()));
+}
+
 Pj create(PJ_CONTEXT* context, const std::string& definition, const std::string& file) {
     Pj pj(proj_create(context, definition.c_str()));
     if (!pj)
         refuse(file, std::string("PROJ does not understand its coordinate reference system: ") +
                          proj_context_errno_string(context, proj_context_errno(context)));
+    check_code(context, pj.get(), file);
+    if (const Pj base{proj_crs_get_geodetic_crs(context, pj.get())}) check_code(context, base.get(), file);
     return pj;
 }
 

@@ -21,6 +21,16 @@ std::array<double, 4> cubic_weights(double f) {
             -0.5 * f2 + 0.5 * f3};
 }
 
+// Sum of weighted values; the weights sum to 1, and equal values give just that value. Weight 0 hides any
+// value.
+double weighted(const std::array<double, 4>& value, const std::array<double, 4>& weight) {
+    const std::size_t most = weight[1] >= weight[2] ? 1 : 2;  // never 0
+    double sum = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+        if (weight[i] != 0) sum += weight[i] * (value[i] - value[most]);
+    return value[most] + sum;
+}
+
 // Samples of one grid for one thread. Keeps the tiles around the last place alive.
 template <class T>
 class Sampler {
@@ -68,22 +78,21 @@ class Sampler {
         const auto column = static_cast<std::int64_t>(x0), row = static_cast<std::int64_t>(y0);
         const double fx = x - x0, fy = y - y0;
         const std::array<double, 4> wx = cubic_weights(fx), wy = cubic_weights(fy);
-        out = 0;
+        std::array<double, 4> line{};
         if (tile_holds(column - 1, row - 1, 4)) {
             for (std::int64_t j = 0; j < 4; ++j) {
                 const T* p = samples_ + index(column - 1, row - 1 + j);
-                double line = 0;
-                for (std::size_t i = 0; i < 4; ++i) line += wx[i] * static_cast<double>(p[i]);
-                out += wy[static_cast<std::size_t>(j)] * line;
+                line[static_cast<std::size_t>(j)] =
+                    weighted({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]),
+                              static_cast<double>(p[3])},
+                             wx);
             }
-            return true;
+        } else {
+            for (std::size_t j = 0; j < 4; ++j)
+                if (wy[j] != 0 && !cubic_line(column, row - 1 + static_cast<std::int64_t>(j), wx, line[j]))
+                    return bilinear_by_taps(column, row, fx, fy, out);
         }
-        for (std::int64_t j = 0; j < 4; ++j) {
-            double line = 0;
-            if (!cubic_line(column, row - 1 + j, wx, wy[static_cast<std::size_t>(j)] != 0, line))
-                return bilinear_by_taps(column, row, fx, fy, out);
-            out += wy[static_cast<std::size_t>(j)] * line;
-        }
+        out = weighted(line, wy);
         return true;
     }
 
@@ -191,16 +200,12 @@ class Sampler {
     }
 
     // Four samples of a row, weighted; false if one that carries weight is a hole.
-    bool cubic_line(std::int64_t column, std::int64_t row, const std::array<double, 4>& weight, bool matters,
-                    double& out) {
-        out = 0;
-        if (!matters) return true;
-        for (std::size_t i = 0; i < 4; ++i) {
-            double value = 0;
-            if (weight[i] == 0) continue;
-            if (!tap(column - 1 + static_cast<std::int64_t>(i), row, value)) return false;
-            out += weight[i] * value;
-        }
+    bool cubic_line(std::int64_t column, std::int64_t row, const std::array<double, 4>& weight, double& out) {
+        std::array<double, 4> value{};
+        for (std::size_t i = 0; i < 4; ++i)
+            if (weight[i] != 0 && !tap(column - 1 + static_cast<std::int64_t>(i), row, value[i]))
+                return false;
+        out = weighted(value, weight);
         return true;
     }
 
@@ -231,7 +236,7 @@ class Sampler {
         if (resampling == Resampling::nearest) return tap(static_cast<std::int64_t>(std::floor(u)), row, out);
         const double x = u - 0.5, x0 = std::floor(x);
         const auto column = static_cast<std::int64_t>(x0);
-        if (resampling == Resampling::cubic && cubic_line(column, row, cubic_weights(x - x0), true, out))
+        if (resampling == Resampling::cubic && cubic_line(column, row, cubic_weights(x - x0), out))
             return true;
         return bilinear_by_taps(column, row, x - x0, 0, out);
     }

@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t kChunk = 512;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kSmallHalfLevel = 10;  // halves from this level on span less than 5 degrees
+constexpr int kMoreLevels = 6;       // halves an eighth as long show where a higher layer ends
 
 // Corners, middles of the sides and, last, the middle of a half.
 std::array<Vec3, 7> outline(const Half& half) {
@@ -41,7 +42,7 @@ struct SourceStack::State {
 
     void sample_chunk(std::span<const Vec3> n, std::span<double> heights, std::span<std::int8_t> layer) const;
     double finest(const Half& half) const;
-    double finest_in_small(const Half& half) const;
+    double finest_in_small(const Half& half, int more_levels) const;
     bool may_meet(const Cap& cap) const;
 
     Ellipsoid body;
@@ -159,19 +160,26 @@ bool SourceStack::State::may_meet(const Cap& cap) const {
 
 // Large halves are cut into their child halves, which tile them exactly.
 double SourceStack::State::finest(const Half& half) const {
-    if (half.diamond.level() >= kSmallHalfLevel) return finest_in_small(half);
+    if (half.diamond.level() >= kSmallHalfLevel) return finest_in_small(half, kMoreLevels);
     if (!may_meet(cap_of_half(half))) return kInfinity;
     const auto [first, second] = child_halves(half);
     return std::min(finest(first), finest(second));
 }
 
-double SourceStack::State::finest_in_small(const Half& half) const {
+// Where a higher layer has some samples and a lower one is finer, smaller halves tell which of the two wins.
+double SourceStack::State::finest_in_small(const Half& half, int more_levels) const {
     const std::array<Vec3, 7> places = outline(half);
     Cap cap = cap_of(places);
     cap.radius *= 1.05;  // the sides bulge between the places
     double spacing = kInfinity;
     for (const auto& layer : layers) {
         const Coverage c = layer->cover(places, cap);
+        if (c.spacing < spacing && std::isfinite(spacing) && more_levels > 0 &&
+            half.diamond.level() < kDeepestId) {
+            const auto [first, second] = child_halves(half);
+            return std::min(finest_in_small(first, more_levels - 1),
+                            finest_in_small(second, more_levels - 1));
+        }
         spacing = std::min(spacing, c.spacing);
         if (c.full) break;
     }

@@ -76,8 +76,8 @@ class SourceStack {
     void sample(std::span<const Vec3> n, std::span<double> heights, std::span<std::int8_t> layer) const;
 
     // Finest spacing, in metres, of the samples that win somewhere in the region of a diamond; +infinity
-    // where only the base height applies. May look a little beyond the region (16 samples), and counts a
-    // lower layer unless a higher one hides it throughout a half of the diamond. Reads no file.
+    // where only the base height applies. May look a little beyond the region (16 samples; an eighth of the
+    // diamond where a finer layer lies beneath the border of a coarser one). Reads no file.
     double finest_spacing(DiamondId d) const;
 
     const std::vector<LayerInfo>& layers() const;
