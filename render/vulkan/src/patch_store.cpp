@@ -128,6 +128,19 @@ void PatchStore::add_chunk() {
     chunks_.push_back(std::move(chunk));
 }
 
+// Takes memory for the slot's chunk. When the device has no more, the slots there are must do: batches get
+// smaller.
+bool PatchStore::make_room(std::uint32_t slot) {
+    try {
+        while (slot / chunk_slots_ >= chunks_.size()) add_chunk();
+        return true;
+    } catch (const Error& error) {
+        slots_.shrink(static_cast<std::uint32_t>(chunks_.size()) * chunk_slots_);
+        if (error.code() != ErrorCode::limit || chunks_.empty()) throw;
+        return false;
+    }
+}
+
 void PatchStore::begin_batch() {
     slots_.begin_batch();
     for (Chunk& chunk : chunks_) chunk.commands.clear();
@@ -142,7 +155,7 @@ bool PatchStore::add(const MeshPointer& mesh) {
     const auto place = slots_.acquire(mesh);
     if (!place) return false;
     last_slot_ = place->slot;
-    while (place->slot / chunk_slots_ >= chunks_.size()) add_chunk();
+    if (!make_room(place->slot)) return false;
     Chunk& chunk = chunks_[place->slot / chunk_slots_];
     const std::uint32_t slot = place->slot % chunk_slots_;
     if (place->fresh) upload(*mesh, chunk, slot);

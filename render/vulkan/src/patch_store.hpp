@@ -47,6 +47,7 @@ class PatchStore {
     };
     void make_indices();
     void add_chunk();
+    bool make_room(std::uint32_t slot);
     void write_set(VkDescriptorSet set, const Chunk& chunk) const;
     void upload(const PatchMesh& mesh, Chunk& chunk, std::uint32_t slot);
 

@@ -1,5 +1,7 @@
 #include "slot_cache.hpp"
 
+#include <algorithm>
+
 namespace carat::vk {
 
 // Same owner, so a mesh that was freed and another built at its address are told apart.
@@ -37,6 +39,16 @@ std::optional<std::uint32_t> SlotCache::free_slot() {
     by_half_.erase(entries_.back().half);
     entries_.pop_back();
     return slot;
+}
+
+void SlotCache::shrink(std::uint32_t capacity) {
+    capacity_ = std::min(capacity_, capacity);
+    for (auto entry = entries_.begin(); entry != entries_.end();) {
+        const auto here = entry++;
+        if (here->slot < capacity_) continue;
+        by_half_.erase(here->half);
+        entries_.erase(here);
+    }
 }
 
 }  // namespace carat::vk

@@ -31,6 +31,9 @@ class SlotCache {
     // handed out in ascending order until all have been used once.
     std::optional<Place> acquire(const MeshPointer& mesh);
 
+    // Gives up the slots from `capacity` on and what is in them.
+    void shrink(std::uint32_t capacity);
+
   private:
     struct Entry {
         Half half;

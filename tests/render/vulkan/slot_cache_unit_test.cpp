@@ -69,6 +69,23 @@ TEST(SlotCache, ANewMeshOfAKnownHalfTakesItsSlot) {
     EXPECT_FALSE(cache.acquire(a)) << "two meshes of one half cannot share a batch";
 }
 
+TEST(SlotCache, ShrinksToTheSlotsThatAreLeft) {
+    SlotCache cache(4);
+    std::vector<MeshPointer> meshes;
+    cache.begin_batch();
+    for (int i = 0; i < 3; ++i) {
+        meshes.push_back(mesh(i));
+        cache.acquire(meshes.back());
+    }
+    cache.shrink(2);
+    EXPECT_TRUE(cache.resident(meshes[0]));
+    EXPECT_TRUE(cache.resident(meshes[1]));
+    EXPECT_FALSE(cache.resident(meshes[2]));
+    EXPECT_FALSE(cache.acquire(meshes[2])) << "the two slots belong to this batch";
+    cache.begin_batch();
+    EXPECT_EQ(cache.acquire(meshes[2])->slot, 0u);
+}
+
 // A mesh freed and another built at the same address are different meshes.
 TEST(SlotCache, ForgetsFreedMeshes) {
     SlotCache cache(2);

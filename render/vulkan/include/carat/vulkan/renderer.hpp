@@ -1,14 +1,12 @@
 // Draws patch meshes with Vulkan 1.3, without a window: on a discrete GPU, or in software on Mesa lavapipe.
 //
-//   frame     body-fixed axes as in globe; positions int64 in length units, directions unit vectors
-//   picture   pixel (0,0) top left; linear light; distances in metres
-//   depth     float, reversed (near / z), no far plane: relative resolution 2^-24 at every distance
-//   vertex    (anchor - eye + offset) is exact in 64-bit integers, then rounded to float metres with a
-//   relative error of at
-//             most 2^-23; the same integers give the same clip position whichever patch draws them
-//   memory    patches live in fixed slots of device memory (capacity), least recently used first out; a list
-//   longer than
-//             the capacity is drawn in batches and costs uploads, never holes
+//   frame    body-fixed axes as in globe; positions int64 in length units, directions unit vectors
+//   picture  pixel (0,0) top left; linear light; distances in metres
+//   depth    float, reversed (near / z), no far plane: relative resolution 2^-24 at every distance
+//   vertex   (anchor - eye + offset) is exact in 64-bit integers, then rounded to float metres with a
+//            relative error of at most 2^-23; equal integers give equal clip positions in every patch
+//   memory   patches live in fixed slots (capacity), least recently used first out; a longer list is drawn
+//            in batches: it costs uploads, never holes
 #pragma once
 
 #include <array>
@@ -30,8 +28,8 @@ namespace carat {
 std::vector<std::string> vulkan_devices();
 
 struct RendererOptions {
-    std::string device;  // part of a name or an index of vulkan_devices(); empty: discrete before integrated,
-                         // software last
+    // Part of a name, or an index of vulkan_devices(); empty: discrete first, software last.
+    std::string device;
     bool validation = false;               // load VK_LAYER_KHRONOS_validation; see Renderer::messages()
     int cells = 64;                        // of every patch: a power of two, 2 to 128
     int capacity = 4096;                   // patch slots at most; memory is taken in chunks as they fill
