@@ -98,7 +98,7 @@ TEST_P(CutTest, NothingDrawnExceedsTheThreshold) {
 bool demands(const FakeRepository& repository, const Visibility& visibility, const Half& half,
              double threshold) {
     const RepositoryHeader& h = repository.header();
-    const Ellipsoid body = h.ellipsoid();
+    const Ellipsoid& body = visibility.body();
     const double rounding = visibility.view().unit() * std::numbers::sqrt3 / 2;
     const auto exceeds = [&](double low, double high, double delta) {
         const HalfVolume volume = half_volume(body, half, low, high, rounding);

@@ -38,6 +38,7 @@ class FakeRepository : public Repository {
     Heights root(int face) const override { return heights_.at(root_diamond(face)); }
     void refine(DiamondId d, const Heights& p, RefinedHeights& out) const override;
 
+    const Ellipsoid& body() const { return body_; }
     // P of any diamond of the file.
     const Heights& heights(DiamondId d) const { return heights_.at(d); }
     // The leaf half that contains a half at or below it.

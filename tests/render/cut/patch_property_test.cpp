@@ -23,8 +23,9 @@ LatticePoint lattice_vertex(const Half& half, int cells, int r, int c) {
 TEST(PatchBuilder, PositionsAreTheOneFunctionOfPointAndHeight) {
     std::mt19937_64 generator(3);
     std::uniform_real_distribution<double> unit(-1, 1);
+    const std::array<Ellipsoid, 2> bodies{Ellipsoid::earth(), Ellipsoid::moon()};
     for (int k = 0; k < 600; ++k) {
-        const Ellipsoid body = k % 2 == 0 ? Ellipsoid::earth() : Ellipsoid::moon();
+        const Ellipsoid& body = bodies[k % 2];
         const int cells = 4 << (k % 4);
         Vec3 n{unit(generator), unit(generator), unit(generator)};
         if (k % 5 == 0) n[0] = n[1];  // cube edges

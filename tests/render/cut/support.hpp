@@ -14,7 +14,7 @@ inline double norm(const Vec3& p) { return std::hypot(p[0], p[1], p[2]); }
 
 inline Visibility visibility_of(const FakeRepository& repository, const View& view, double margin_pixels) {
     const RepositoryHeader& h = repository.header();
-    return {view, h.ellipsoid(), h.min_height * h.quantum, h.max_height * h.quantum, margin_pixels};
+    return {view, repository.body(), h.min_height * h.quantum, h.max_height * h.quantum, margin_pixels};
 }
 
 inline Cut cut_of(const FakeRepository& repository, const View& view, double threshold) {

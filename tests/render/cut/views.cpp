@@ -38,7 +38,7 @@ ViewRequest request(const FakeRepository& repository, const Geodetic& place, dou
 }  // namespace
 
 std::vector<NamedView> test_views(const FakeRepository& repository, int random, unsigned seed) {
-    const Ellipsoid body = repository.header().ellipsoid();
+    const Ellipsoid& body = repository.body();
     const double a = body.a();
     std::vector<NamedView> views;
     const auto add = [&](const std::string& name, const ViewRequest& r) {

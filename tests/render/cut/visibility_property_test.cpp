@@ -62,7 +62,7 @@ TEST(Visibility, CulledHalvesHoldNothingVisible) {
     std::array<int, 3> counted{};
     for (const FakeRepository* repository : planets()) {
         const RepositoryHeader& header = repository->header();
-        const Ellipsoid body = header.ellipsoid();
+        const Ellipsoid& body = repository->body();
         const double lowered = 1 + std::min(0.0, header.min_height * header.quantum) / body.b();
         for (const NamedView& v : test_views(*repository, 40, 77)) {
             SCOPED_TRACE(v.name);
@@ -119,7 +119,7 @@ TEST(Visibility, ScreenErrorBoundsWhatIsSeen) {
             std::vector<double> error;
             for (const FrontierHalf& f : cut.frontier)
                 if (f.culled == Culled::none) error.push_back(f.error);
-            const DrawList list = build_draw_list(header, header.ellipsoid(), cut);
+            const DrawList list = build_draw_list(header, repository->body(), cut);
             ASSERT_EQ(list.meshes.size(), error.size());
             for (std::size_t m = 0; m < list.meshes.size(); ++m) {
                 const PatchMesh& mesh = *list.meshes[m];
@@ -211,8 +211,9 @@ TEST(Visibility, ScreenErrorHoldsForAnyPairInTheVolume) {
 TEST(Visibility, VolumeHoldsEveryPointOfTheHalf) {
     std::mt19937_64 generator(9);
     std::uniform_real_distribution<double> unit(-1, 1);
+    const std::array<Ellipsoid, 2> bodies{Ellipsoid::earth(), Ellipsoid(1000, 700)};
     for (int k = 0; k < 2000; ++k) {
-        const Ellipsoid body = k % 2 == 0 ? Ellipsoid::earth() : Ellipsoid(1000, 700);
+        const Ellipsoid& body = bodies[k % 2];
         const Half half = locate(lattice_position({unit(generator), unit(generator), unit(generator)}),
                                  static_cast<int>(k % 30))
                               .half;
