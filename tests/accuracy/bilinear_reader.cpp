@@ -47,9 +47,12 @@ double BilinearReader::height(double latitude, double longitude) const {
 double BilinearReader::relief(double latitude, double longitude, int radius) const {
     const int c = static_cast<int>(std::floor((longitude - west_) / step_x_ - 0.5));
     const int r = static_cast<int>(std::floor((latitude - north_) / step_y_ - 0.5));
+    // As far eastwards as northwards on the ground.
+    const double columns = radius / std::max(std::cos(latitude * 3.14159265358979 / 180), 1e-9);
+    const int across = static_cast<int>(std::min(std::ceil(columns), width_ / 2.0));
     double low = sample(c, r), high = low;
     for (int i = r - radius; i <= r + 1 + radius; ++i)
-        for (int j = c - radius; j <= c + 1 + radius; ++j) {
+        for (int j = c - across; j <= c + 1 + across; ++j) {
             low = std::min(low, sample(j, i));
             high = std::max(high, sample(j, i));
         }

@@ -14,7 +14,8 @@ class BilinearReader {
 
     // Height at a place at least half a pixel inside the raster; global rasters wrap in longitude.
     double height(double latitude, double longitude) const;
-    // Greatest minus least of the (2r + 2)^2 samples around a place.
+    // Greatest minus least of the samples within r rows of a place, and as far eastwards and westwards on the
+    // ground.
     double relief(double latitude, double longitude, int r) const;
 
     double west() const { return west_; }

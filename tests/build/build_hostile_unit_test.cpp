@@ -5,6 +5,7 @@
 
 #include "carat/codec/repository.hpp"
 #include "carat/codec/surface.hpp"
+#include "carat/globe/error.hpp"
 #include "scratch.hpp"
 
 namespace carat::test {
