@@ -39,7 +39,8 @@ void check_values(const ByteParser& in, const FileHeader& h) {
     if (i.log2_cells < 2 || i.log2_cells > 7) in.fail("has an unsupported patch size");
     if (!positive(i.quantum) || !positive(i.tolerance) || i.tolerance < i.quantum / 2)
         in.fail("has an impossible quantum or tolerance");
-    if (!(i.body_b >= kLeastAxis && i.body_b <= i.body_a && i.body_a <= kGreatestAxis))
+    if (!(i.body_b <= i.body_a && i.body_b >= i.body_a / kMostOblate && i.body_a >= kLeastAxis &&
+          i.body_a <= kGreatestAxis))
         in.fail("has an impossible body");
     if (i.deepest_level < 0 || i.deepest_level > std::min(kDeepestId, deepest_level(i.log2_cells)))
         in.fail("has an impossible depth");

@@ -16,9 +16,10 @@ inline constexpr std::array<std::uint8_t, 8> kMagic{0x8A, 'C', 'A', 'R', 'A', 'T
 inline constexpr std::uint32_t kFormatVersion = 1;
 inline constexpr std::size_t kFixedHeaderBytes = 144;
 inline constexpr std::uint32_t kMaxHeaderBytes = 1u << 24;
-inline constexpr std::uint32_t kMaxPartBytes = 64u << 10;  // pages above this are split
-inline constexpr std::uint32_t kMaxSinglePartBytes = 1u << 20;  // no part is longer, whatever its diamonds
-inline constexpr double kLeastAxis = 1e-3, kGreatestAxis = 1e12;  // semi-axes of a body, metres
+inline constexpr std::uint32_t kMaxPartBytes = 64u << 10;         // pages above this are split
+inline constexpr std::uint32_t kMaxSinglePartBytes = 1u << 20;    // no part is longer, whatever its diamonds
+inline constexpr double kLeastAxis = 1e-3, kGreatestAxis = 1e12;  // equatorial semi-axis, metres
+inline constexpr double kMostOblate = 10;                         // equatorial over polar semi-axis
 inline constexpr std::uint32_t kDirectoryBlockEntries = 1024;
 
 enum class CoderId : std::uint8_t { gamma = 0 };

@@ -276,7 +276,7 @@ void Reader::read_header() {
     demand(radii == static_cast<std::uint64_t>(h.deepest) + 1, "number of radii");
     demand(std::isfinite(h.quantum) && h.quantum > 0, "quantum");
     demand(std::isfinite(h.tolerance) && h.tolerance >= h.quantum / 2, "tolerance");
-    demand(h.b >= 1e-3 && h.b <= h.a && h.a <= 1e12, "semi-axes");
+    demand(h.a >= 1e-3 && h.a <= 1e12 && h.b <= h.a && h.b >= h.a / 10, "semi-axes");
     demand(h.least <= h.greatest, "least and greatest height");
     for (std::uint64_t k = 0; k < radii; ++k) {
         const std::int64_t r = in.i32();
