@@ -29,14 +29,33 @@ Colour in_band(const ColourBand& band, double height) {
     return mix(to_colour(below), to_colour(*above), (height - below.height) / (above->height - below.height));
 }
 
-Colour in_bands(const std::vector<ColourBand>& bands, double latitude, double height) {
-    const auto above = std::upper_bound(bands.begin(), bands.end(), latitude,
-                                        [](double l, const ColourBand& b) { return l < b.latitude; });
-    if (above == bands.begin()) return in_band(bands.front(), height);
-    if (above == bands.end()) return in_band(bands.back(), height);
-    const ColourBand& below = *(above - 1);
-    return mix(in_band(below, height), in_band(*above, height),
-               (latitude - below.latitude) / (above->latitude - below.latitude));
+// Slope of a monotone curve at a band, from the slopes of the two intervals beside it and their widths
+// (Fritsch and Butland 1984): zero at an extremum, so that no colour overshoots.
+double monotone_slope(double before, double after, double width_before, double width_after) {
+    if (before * after <= 0) return 0;
+    const double w = (width_before + 2 * width_after) / (3 * (width_before + width_after));
+    return before * after / (w * after + (1 - w) * before);
+}
+
+// The bands' colours at one height as a smooth curve over latitude: a kink would show as a stripe around the
+// body.
+double in_bands(const std::vector<ColourBand>& bands, double latitude, double height, std::size_t channel) {
+    const auto value = [&](std::size_t b) { return in_band(bands[b], height)[channel]; };
+    const auto width = [&](std::size_t b) { return bands[b + 1].latitude - bands[b].latitude; };
+    const auto slope = [&](std::size_t b) { return (value(b + 1) - value(b)) / width(b); };
+    const auto tangent = [&](std::size_t b) {
+        return b == 0 || b + 1 == bands.size()
+                   ? 0
+                   : monotone_slope(slope(b - 1), slope(b), width(b - 1), width(b));
+    };
+    if (latitude <= bands.front().latitude) return value(0);
+    if (latitude >= bands.back().latitude) return value(bands.size() - 1);
+    std::size_t b = 0;
+    while (bands[b + 1].latitude <= latitude) ++b;
+    const double w = width(b), t = (latitude - bands[b].latitude) / w;
+    const double rise = t * t * (3 - 2 * t);
+    return value(b) * (1 - rise) + value(b + 1) * rise +
+           w * t * (1 - t) * ((1 - t) * tangent(b) - t * tangent(b + 1));
 }
 
 [[noreturn]] void refuse(const ColourTable& table, const std::string& why) {
@@ -68,9 +87,12 @@ void check_colours(const ColourTable& table) {
 
 std::array<float, 3> colour_at(const ColourTable& table, double latitude, double height) {
     const bool sea = table.sea_level && height <= *table.sea_level;
-    const Colour c = in_bands(sea ? table.sea : table.land, latitude, height);
-    return {srgb_decode(static_cast<float>(c[0] / 255)), srgb_decode(static_cast<float>(c[1] / 255)),
-            srgb_decode(static_cast<float>(c[2] / 255))};
+    std::array<float, 3> linear{};
+    for (std::size_t k = 0; k < 3; ++k) {
+        linear[k] = srgb_decode(
+            static_cast<float>(in_bands(sea ? table.sea : table.land, latitude, height, k) / 255));
+    }
+    return linear;
 }
 
 }  // namespace carat

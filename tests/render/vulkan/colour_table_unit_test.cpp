@@ -1,6 +1,8 @@
 // Colour tables: interpolation, sea level, the built-in data and what is refused.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "carat/globe/error.hpp"
 #include "carat/vulkan/colour_table.hpp"
 #include "carat/vulkan/picture.hpp"
@@ -23,6 +25,26 @@ TEST(ColourTable, InterpolatesEncodedColours) {
     EXPECT_FLOAT_EQ(colour_at(ramp(), 0, 50)[0], red(75));
     EXPECT_FLOAT_EQ(colour_at(ramp(), 80, 25)[0], red(50)) << "constant beyond the last band";
     EXPECT_FLOAT_EQ(colour_at(ramp(), -10, 1e5)[0], red(100)) << "constant beyond the last stop";
+}
+
+// Latitudes are joined without a kink and without leaving the range of the two bands beside them.
+TEST(ColourTable, IsSmoothAndMonotoneBetweenBands) {
+    const auto stops = [](std::uint8_t v) { return std::vector<ColourStop>{{0, {v, v, v}}, {1, {v, v, v}}}; };
+    const ColourTable table{
+        "bands", std::nullopt, {}, {{-40, stops(10)}, {-10, stops(40)}, {20, stops(200)}, {50, stops(120)}}};
+    const auto encoded = [&](double latitude) {
+        return 255.0 * srgb_encode(colour_at(table, latitude, 0)[0]);
+    };
+    constexpr double kStep = 0.01;
+    double slope_before = 0;
+    for (double latitude = -60; latitude < 70; latitude += kStep) {
+        const double slope = (encoded(latitude + kStep) - encoded(latitude)) / kStep;
+        ASSERT_LT(std::abs(slope - slope_before), 0.05) << "kink at " << latitude;
+        ASSERT_GE(slope, latitude < 20 - kStep ? -0.02 : -20) << latitude;
+        ASSERT_LE(slope, latitude >= 20 ? 0.02 : 20) << latitude;
+        slope_before = slope;
+    }
+    for (const auto& band : table.land) EXPECT_NEAR(encoded(band.latitude), band.stops[0].srgb[0], 0.01);
 }
 
 TEST(ColourTable, TheSeaReachesUpToItsLevel) {

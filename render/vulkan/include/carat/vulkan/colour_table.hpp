@@ -21,8 +21,9 @@ struct ColourBand {
     std::vector<ColourStop> stops;
 };
 
-// Bands by ascending latitude. Between stops and between bands encoded colours are interpolated linearly;
-// beyond the first and last they are constant. One band makes a table of height alone.
+// Bands by ascending latitude. Encoded colours are interpolated linearly between stops and by a smooth curve
+// without overshoot (monotone cubic) between bands; beyond the first and last they are constant. One band
+// makes a table of height alone.
 struct ColourTable {
     std::string name;
     std::optional<double> sea_level;  // metres; heights up to it take the sea's colours
