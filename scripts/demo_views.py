@@ -3,9 +3,9 @@
 
 usage: demo_views.py CARAT FILE BODY LAYER...     LAYER: the sources, coarsest first
 
-Prints one view a line, "NAME EYE_LAT,EYE_LON,EYE_HEIGHT_M HEADING PITCH FOV": the whole globe from two sides and from above
-both poles, then for each regional layer an oblique view of all of it and one from low over its middle, then the named
-places of the body that the file knows finely enough. Ground heights are asked from the file, through carat query.
+Prints one view a line, its name and then the options of carat render: the whole globe from two sides and from above both
+poles, then for each regional layer an oblique view of all of it and one from low over its middle, then the named places
+of the body that the file knows finely enough. Ground heights are asked from the file, through carat query.
 """
 
 import json
@@ -31,9 +31,17 @@ PLACES = {
 }
 
 
+# From space a pixel of error is tens of kilometres, more than any relief: ask for enough detail to colour each pixel, and
+# shade slopes more than they are.
+FROM_SPACE = ["--error=0.05", "--relief=6", "--sun=290,55"]
+SKY = ["--background=142,176,214"]
+
+
 class Planet:
-    def __init__(self, carat, file, radius):
-        self.carat, self.file, self.radius = carat, file, radius
+    def __init__(self, carat, file, body):
+        self.carat, self.file = carat, file
+        self.radius = RADIUS.get(body, RADIUS["earth"])
+        self.sky = SKY if body in ("earth", "synthetic") else []
 
     def query(self, places):
         """[(height, spacing)] in metres at [(latitude, longitude)]."""
@@ -58,15 +66,18 @@ class Planet:
         (ground, _), (below, _) = self.query([(lat, lon), eye])
         eye_height = max(ground, below) + height
         drop = eye_height - ground + distance**2 / (2 * self.radius)
-        return view(name, *eye, eye_height, heading, -math.degrees(math.atan2(drop, distance)), 50)
+        light = [f"--sun={(heading + 285) % 360:.0f},24"] + (self.sky if eye_height < 30e3 else [])
+        return view(name, *eye, eye_height, heading, -math.degrees(math.atan2(drop, distance)), 50, ["--error=0.7", *light])
 
 
-def view(name, lat, lon, height, heading, pitch, fov):
-    return f"{name} {lat:.6f},{lon:.6f},{height:.1f} {heading:.1f} {pitch:.2f} {fov}"
+def view(name, lat, lon, height, heading, pitch, fov, more):
+    eye = f"--eye={lat:.6f},{lon:.6f},{height:.1f}"
+    return " ".join([name, eye, f"--heading={heading:.1f}", f"--pitch={pitch:.2f}", f"--fov={fov}", *more])
 
 
 def extent(layer):
-    """Latitude and longitude of a raster's middle, its height in degrees of latitude, and whether it spans the globe."""
+    """Latitude and longitude of a raster's middle, its height in degrees of latitude and in rows, and whether it spans more
+    than half the globe."""
     info = json.loads(subprocess.run(["gdalinfo", "-json", layer], text=True, stdout=subprocess.PIPE, check=True).stdout)
     if "wgs84Extent" in info:
         ring = info["wgs84Extent"]["coordinates"][0]
@@ -78,28 +89,29 @@ def extent(layer):
         (min(lats) + max(lats)) / 2,
         (min(lons) + max(lons)) / 2,
         max(lats) - min(lats),
+        info["size"][1],
         max(lons) - min(lons) > 180,
     )
 
 
 def main():
     carat, file, body, layers = sys.argv[1], sys.argv[2], sys.argv[3], sys.argv[4:]
-    planet = Planet(carat, file, RADIUS.get(body, RADIUS["earth"]))
+    planet = Planet(carat, file, body)
     regions = [(layer, *extent(layer)) for layer in layers]
-    regions = [r for r in regions if not r[4]]
+    regions = [r for r in regions if not r[5]]
     middle = regions[0][2] if regions else 10.0
     far = 2.6 * planet.radius
 
     views = [
-        view("globe", 15, middle, far, 0, -90, 45),
-        view("globe-far-side", 15, (middle + 360) % 360 - 180, far, 0, -90, 45),
-        view("north-pole", 89.9, 0, 0.6 * planet.radius, 0, -90, 60),
-        view("south-pole", -89.9, 0, 0.6 * planet.radius, 0, -90, 60),
+        view("globe", 15, middle, far, 0, -90, 36, FROM_SPACE),
+        view("globe-far-side", 15, (middle + 360) % 360 - 180, far, 0, -90, 36, FROM_SPACE),
+        view("north-pole", 89.9, 0, 0.6 * planet.radius, 0, -90, 60, FROM_SPACE),
+        view("south-pole", -89.9, 0, 0.6 * planet.radius, 0, -90, 60, FROM_SPACE),
     ]
-    for layer, lat, lon, span, _ in regions:
+    for layer, lat, lon, span, rows, _ in regions:
         name = layer.rsplit("/", 1)[-1].rsplit(".", 1)[0]
         size = math.radians(span) * planet.radius
-        _, spacing = planet.query([(lat, lon)])[0]
+        spacing = size / rows
         views.append(planet.look_at(name + "-oblique", lat, lon, 340, 0.9 * size, 0.4 * size))
         views.append(planet.look_at(name + "-low", lat, lon, 20, 100 * spacing, 20 * spacing))
     for name, lat, lon, heading, distance, height, needed in PLACES.get(body, []):
