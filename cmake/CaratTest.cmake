@@ -4,7 +4,7 @@
 # own, and shown by ctest as skipped when it calls GTEST_SKIP(). The tests are asked for when ctest starts, so a
 # target that was not built costs one NOT_BUILT line and no more.
 #
-# Labels, for ctest -L: the folder under tests/ (globe, codec, ...) and the kinds of evidence that the files' names state,
+# Labels, for ctest -L: the folders under tests/ (globe; render and cut; ...) and the kinds of evidence that the files' names state,
 # x_fuzz_test.cpp -> fuzz. The targets tests-<label> build what carries that label.
 include(GoogleTest)
 
@@ -36,9 +36,10 @@ function(carat_test name)
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${label_file})
 endfunction()
 
-# carat_test_labels(out sources ...): the folder's name and the kinds named in x_<kind>_test.cpp.
+# carat_test_labels(out sources ...): the folders' names and the kinds named in x_<kind>_test.cpp.
 function(carat_test_labels out)
-  cmake_path(GET CMAKE_CURRENT_SOURCE_DIR FILENAME labels)
+  file(RELATIVE_PATH labels ${PROJECT_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
+  string(REPLACE "/" ";" labels ${labels})
   foreach(source IN LISTS ARGN)
     if(source MATCHES "_(unit|property|golden|fuzz|accuracy|image)_test\\.cpp$")
       list(APPEND labels ${CMAKE_MATCH_1})
