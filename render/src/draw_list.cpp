@@ -14,14 +14,13 @@ DrawList build_draw_list(const RepositoryHeader& header, const Ellipsoid& body, 
     std::erase_if(cut.frontier, [](const FrontierHalf& h) { return h.culled != Culled::none; });
 
     const PatchBuilder builder(body, header.quantum, header.cells());
-    std::vector<BuiltPatch> patches(cut.frontier.size());
+    std::vector<std::shared_ptr<PatchMesh>> patches(cut.frontier.size());
     tbb::parallel_for(std::size_t{0}, patches.size(), [&](std::size_t k) {
         patches[k] = builder.build(cut.frontier[k].half, cut.frontier[k].heights);
         cut.frontier[k].heights = {};
     });
-    stitch_normals(builder.topology(), patches);
-    list.meshes.reserve(patches.size());
-    for (BuiltPatch& p : patches) list.meshes.push_back(std::move(p.mesh));
+    stitch_normals(header.cells(), patches);
+    list.meshes.assign(patches.begin(), patches.end());
     return list;
 }
 

@@ -67,38 +67,23 @@ void interior_normals(PatchMesh& mesh, int cells) {
         }
 }
 
-std::vector<Vec3> rim_normals(const PatchMesh& mesh, const PatchTopology& topology) {
-    std::vector<Vec3> sums(static_cast<std::size_t>(topology.slots()));
-    for (const auto& t : topology.rim[static_cast<std::size_t>(mesh.half.side)]) {
-        const Vec3 p = from_units(mesh.vertices[t[0]].offset), q = from_units(mesh.vertices[t[1]].offset),
-                   r = from_units(mesh.vertices[t[2]].offset);
-        const Vec3 normal = cross(subtract(q, p), subtract(r, p));
-        for (const std::uint16_t vertex : t) {
-            const std::uint16_t slot = topology.boundary_slot[vertex];
-            if (slot != PatchTopology::kInterior) sums[slot] = add(sums[slot], normal);
-        }
-    }
-    return sums;
-}
-
 }  // namespace
 
 PatchBuilder::PatchBuilder(const Ellipsoid& body, double quantum, int cells)
-    : body_(body), quantum_(quantum), unit_(length_unit(body)), topology_(cells) {}
+    : body_(body), quantum_(quantum), unit_(length_unit(body)), cells_(cells) {}
 
-BuiltPatch PatchBuilder::build(const Half& half, const HalfHeights& heights) const {
-    const int cells = topology_.cells;
-    assert(heights.size() == half_vertex_count(cells));
-    const HalfFrame frame = half_frame(half, cells);
-    const AxisTangents x(frame, 0, cells), y(frame, 1, cells), z(frame, 2, cells);
+std::shared_ptr<PatchMesh> PatchBuilder::build(const Half& half, const HalfHeights& heights) const {
+    assert(heights.size() == half_vertex_count(cells_));
+    const HalfFrame frame = half_frame(half, cells_);
+    const AxisTangents x(frame, 0, cells_), y(frame, 1, cells_), z(frame, 2, cells_);
     const double metres = quantum_ * kHeightFraction;
 
-    BuiltPatch out{std::make_shared<PatchMesh>(), {}};
-    PatchMesh& mesh = *out.mesh;
+    auto out = std::make_shared<PatchMesh>();
+    PatchMesh& mesh = *out;
     mesh.half = half;
     mesh.vertices.resize(heights.size());
     std::size_t k = 0;
-    for (int r = 0; r <= cells; ++r)
+    for (int r = 0; r <= cells_; ++r)
         for (int c = 0; c <= r; ++c, ++k) {
             const int i = half.side == 0 ? r : c, j = half.side == 0 ? c : r;
             const double height = static_cast<double>(heights[k]) * metres;
@@ -106,10 +91,9 @@ BuiltPatch PatchBuilder::build(const Half& half, const HalfHeights& heights) con
             mesh.vertices[k].offset = to_units(body_.position(n, height), unit_);
             mesh.vertices[k].height = static_cast<float>(height);
         }
-    mesh.anchor = mesh.vertices[half_vertex_index(cells, 0)].offset;
+    mesh.anchor = mesh.vertices[half_vertex_index(cells_, 0)].offset;
     for (PatchVertex& v : mesh.vertices) v.offset = offset_from(v.offset, mesh.anchor);
-    interior_normals(mesh, cells);
-    out.boundary_normals = rim_normals(mesh, topology_);
+    interior_normals(mesh, cells_);
     return out;
 }
 

@@ -1,9 +1,16 @@
 // Patches from heights: exact positions, and normals.
 //
 // position = to_units(Ellipsoid::position(direction(lattice point), height)): one function of (lattice point,
-// height), so a vertex shared by patches is the same three integers. Normals inside a patch are central
-// differences of its positions. On the boundary they are the area-weighted sum of the normals of all
-// triangles around the vertex in every patch of the list, added in the order of halves: stitch_normals().
+// height), so a vertex shared by patches is the same three integers.
+//
+// Normals are finite differences of these positions. Inside a patch: the cross product of the central
+// differences along rows and columns, which is the area vector of the ring of four nearest neighbours. On an
+// edge: the area vector of the ring joined from both patches, which is the same central difference where they
+// are on one level. At a corner: the sum over all patches around it. So no vertex keeps a normal from a
+// coarser spacing than the patches around it have. Measured over 92 m data of California at 1 pixel (930
+// patches of many levels), against central differences at each patch's own spacing: edges are off by 0.5
+// degrees on average and corners by 1.7. Carrying normals from parent to child, as in C-BDAM, gives 0.7 and
+// 2.4, and needs the positions of every refined diamond.
 #pragma once
 
 #include <memory>
@@ -12,16 +19,8 @@
 #include "carat/globe/ellipsoid.hpp"
 #include "carat/render/half_heights.hpp"
 #include "carat/render/patch_mesh.hpp"
-#include "carat/render/patch_topology.hpp"
 
 namespace carat {
-
-struct BuiltPatch {
-    std::shared_ptr<PatchMesh> mesh;
-    // For each boundary slot: twice the area-weighted sum of the normals of this patch's triangles around it,
-    // square length units.
-    std::vector<Vec3> boundary_normals;
-};
 
 // Thread-safe.
 class PatchBuilder {
@@ -29,19 +28,19 @@ class PatchBuilder {
     // quantum in metres; cells in [4, 128].
     PatchBuilder(const Ellipsoid& body, double quantum, int cells);
 
-    const PatchTopology& topology() const { return topology_; }
-
-    // heights: half_vertex_count(cells) of them.
-    BuiltPatch build(const Half& half, const HalfHeights& heights) const;
+    // heights: half_vertex_count(cells) of them. The normals of boundary vertices are left for
+    // stitch_normals().
+    std::shared_ptr<PatchMesh> build(const Half& half, const HalfHeights& heights) const;
 
   private:
     Ellipsoid body_;
     double quantum_, unit_;
-    PatchTopology topology_;
+    int cells_;
 };
 
-// Completes the boundary normals of patches that tile a region conformingly, sorted by half. Every patch that
-// shares a vertex gets the same normal there. Uses the threads of the current TBB arena.
-void stitch_normals(const PatchTopology& topology, std::vector<BuiltPatch>& patches);
+// Sets the boundary normals of patches, sorted by half, that tile a region conformingly. Every patch that
+// shares a vertex gets the same normal there. On the region's rim a normal sees one side only. Uses the
+// threads of the current TBB arena.
+void stitch_normals(int cells, const std::vector<std::shared_ptr<PatchMesh>>& patches);
 
 }  // namespace carat
