@@ -31,7 +31,7 @@ struct Options {
     std::array<double, 3> background{};  // sRGB, 0 to 255
     std::optional<std::array<double, 2>> sun;
     ViewRequest view;
-    double error = 1;
+    double error = 1, spacing = 1.5;
     AovList aovs;
     Light light;
     RendererOptions renderer;
@@ -41,7 +41,7 @@ struct Options {
 
 constexpr const char* kFooter = R"(
 Refines the planet until no visible patch is further than --error pixels from the surface that the file describes,
-then draws it with Vulkan: on a GPU where there is one, otherwise in software (Mesa lavapipe).
+and, for the sake of colours and shading, no two neighbouring samples are further apart than --spacing pixels; then draws it with Vulkan: on a GPU where there is one, otherwise in software (Mesa lavapipe).
 
 The eye's height is above the ellipsoid. Heading is clockwise from north, pitch is up from the horizon: -90 looks
 straight down. --fov is vertical. --sun gives the direction of the light as seen from the eye: azimuth clockwise from
@@ -79,6 +79,11 @@ void add_view_options(CLI::App& sub, Options& o) {
     })->group(group);
     sub.add_option("--error", o.error, "Greatest error on the screen, pixels (default 1)")
         ->check(CLI::PositiveNumber)
+        ->group(group);
+    sub.add_option("--spacing", o.spacing,
+                   "Greatest distance of samples on the screen, pixels, where the file has finer ones; 0: --error "
+                   "alone decides (default 1.5)")
+        ->check(CLI::NonNegativeNumber)
         ->group(group);
 }
 
@@ -201,7 +206,7 @@ int run(Options o, const Globals& globals) {
     o.renderer.cells = file->header().cells();
     Renderer renderer(body, view.unit(), o.renderer);
     stats.device = renderer.device_name();
-    const DrawList list = converged_cut(*file, view, o.error);
+    const DrawList list = converged_cut(*file, view, o.error, o.spacing);
     const Frame frame = renderer.draw(request, list.meshes);
     for (const std::string& message : renderer.messages()) throw Error(ErrorCode::io, "Vulkan: " + message);
     write_picture(o.output, o.aovs.assemble(frame, o.output));

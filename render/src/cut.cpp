@@ -28,10 +28,11 @@ enum class Outcome : std::uint8_t {
 
 class Selection {
   public:
-    Selection(const Repository& repository, const Visibility& visibility, double threshold)
+    Selection(const Repository& repository, const Visibility& visibility, double threshold, double spacing)
         : repository_(repository),
           visibility_(visibility),
           threshold_(threshold),
+          spacing_(spacing),
           body_(visibility.body()),
           cells_(repository.header().cells()),
           deepest_(deepest_refinable_level(repository.header().log2_cells)),
@@ -76,20 +77,25 @@ class Selection {
         const Half half = h.half();
         if (h.in_file) {
             const HalfSummary s = repository_.summary(half);
-            const Outcome outcome = judge(h, half, s.min_height, s.max_height, s.delta);
+            const double spacing = h.node->in_file ? spacing_ : 0;
+            const Outcome outcome = judge(h, half, s.min_height, s.max_height, s.delta, spacing);
             if (outcome == Outcome::settled || h.node->in_file) return outcome;
         }
         if (h.heights.empty()) return Outcome::waits;
         const HalfRange range = half_range(h.heights, cells_, repository_.header().quantum);
-        const Outcome outcome = judge(h, half, range.min, range.max, leaf_delta(body_, half, range, cells_));
+        const Outcome outcome = judge(h, half, range.min, range.max, leaf_delta(body_, half, range, cells_), 0);
         return h.node->level < deepest_ ? outcome : Outcome::settled;
     }
 
-    Outcome judge(CutHalf& h, const Half& half, double min_height, double max_height, double delta) const {
+    Outcome judge(CutHalf& h, const Half& half, double min_height, double max_height, double delta,
+                  double spacing) const {
         const HalfVolume volume = half_volume(body_, half, min_height, max_height, rounding_);
         h.culled = visibility_.cull(volume);
         h.error = h.culled == Culled::none ? visibility_.screen_error(volume, delta + rounding_) : 0;
-        return h.error > threshold_ ? Outcome::demands : Outcome::settled;
+        if (h.error > threshold_) return Outcome::demands;
+        if (spacing == 0 || h.culled != Culled::none) return Outcome::settled;
+        const double on_screen = visibility_.screen_spacing(volume, sample_spacing(body_, half.diamond, cells_));
+        return on_screen > spacing ? Outcome::demands : Outcome::settled;
     }
 
     void count(const CutHalf& h) {
@@ -169,7 +175,7 @@ class Selection {
 
     const Repository& repository_;
     const Visibility& visibility_;
-    const double threshold_;
+    const double threshold_, spacing_;
     const Ellipsoid& body_;
     const int cells_, deepest_;
     const double rounding_;  // metres: how far a vertex in whole length units may lie from its point of S
@@ -186,10 +192,10 @@ double leaf_delta(const Ellipsoid& body, const Half& half, const HalfRange& rang
         .of_heights(std::max(std::abs(range.min), std::abs(range.max)), range.triangle_range);
 }
 
-Cut select_cut(const Repository& repository, const Visibility& visibility, double threshold) {
+Cut select_cut(const Repository& repository, const Visibility& visibility, double threshold, double spacing) {
     if (!(threshold > 0)) throw Error(ErrorCode::usage, "the threshold on screen must be positive");
     const ReadCounters before = repository.counters();
-    Cut cut = Selection(repository, visibility, threshold).run();
+    Cut cut = Selection(repository, visibility, threshold, spacing).run();
     cut.counters.read = difference(repository.counters(), before);
     return cut;
 }

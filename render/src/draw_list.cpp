@@ -24,14 +24,14 @@ DrawList build_draw_list(const RepositoryHeader& header, const Ellipsoid& body, 
     return list;
 }
 
-DrawList converged_cut(const Repository& repository, const View& view, double threshold) {
+DrawList converged_cut(const Repository& repository, const View& view, double threshold, double spacing) {
     const RepositoryHeader& header = repository.header();
     const Ellipsoid body = header.ellipsoid();
     if (view.unit() != length_unit(body))
         throw Error(ErrorCode::usage, "the view is of another body than the file");
     const Visibility visibility(view, body, header.min_height * header.quantum,
                                 header.max_height * header.quantum, threshold);
-    return build_draw_list(header, body, select_cut(repository, visibility, threshold));
+    return build_draw_list(header, body, select_cut(repository, visibility, threshold, spacing));
 }
 
 }  // namespace carat

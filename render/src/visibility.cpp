@@ -148,4 +148,9 @@ double Visibility::screen_error(const HalfVolume& volume, double delta) const {
     return view_.focal_pixels() * delta / (std::cos(greatest_angle(view_, volume)) * z_other);
 }
 
+double Visibility::screen_spacing(const HalfVolume& volume, double spacing) const {
+    const double distance = least_distance(view_.eye(), volume);
+    return distance > 0 ? view_.focal_pixels() * spacing / distance : kInfinity;
+}
+
 }  // namespace carat
