@@ -90,8 +90,8 @@ EarthRelief::EarthRelief(std::uint64_t seed, double limit)
       abyssal_hills_(make_octaves({70e3, 0, 1.95}, limit, kRadius, stream_seed(seed, kAbyssalStream))),
       gullies_{make_octaves({80e3, 0, 1.87}, limit, kRadius, stream_seed(seed, kGullyStream)), kRadius, 0.24,
                25e3, 900},
-      craters_{60e3, 0.012, kRadius, stream_seed(seed, kCraterStream)},
-      seamounts_{32e3, 0.20, kRadius, stream_seed(seed, kSeamountStream)},
+      craters_{60e3, limit < 60e3 ? 0.012 : 0, kRadius, stream_seed(seed, kCraterStream)},
+      seamounts_{32e3, limit < 32e3 ? 0.20 : 0, kRadius, stream_seed(seed, kSeamountStream)},
       hypsometry_(earth_hypsometry()) {
     set_sea_level(stream_seed(seed, kSeaStream));
 }
@@ -119,33 +119,49 @@ void EarthRelief::set_sea_level(std::uint64_t seed) {
     sea_ = *at;
 }
 
-EarthRelief::Land EarthRelief::land(const Vec3& n, const Crust& c) const noexcept {
+EarthRelief::Terrain EarthRelief::terrain(const Vec3& n, const Crust& c) const noexcept {
     const Dual inland = smoothstep(-0.09, 0.10, c.level);
-    const Dual ocean = smoothstep(-0.07, -0.20, c.level);
+    Terrain t{.inland = inland, .mountains = {}, .rough = {}, .plateau = {}};
+    if (inland.v <= 0) return t;
     const Dual province = fractal(provinces_, n, 0.5);
-    const Dual old =
-        hump(octave_noise(old_belts_.front(), c.warped), 0.10) * smoothstep(-0.1, 0.25, province);
+    const Dual old = old_belts_.empty() ? Dual(0)
+                                        : hump(octave_noise(old_belts_.front(), c.warped), 0.10) *
+                                              smoothstep(-0.1, 0.25, province);
     const Dual young = c.plates.belt + c.plates.collision - c.plates.belt * c.plates.collision;
     const Dual vigour = 0.55 + 0.6 * smoothstep(-0.35, 0.35, province);
-    const Dual mountains = inland * (young * vigour + 0.4 * (1 - young) * old);
-    const Dual rough = smoothstep(-0.25, 0.35, province);
-    const Dual plateau = inland * smoothstep(0.22, 0.34, province) * (1 - mountains);
+    t.mountains = inland * (young * vigour + 0.4 * (1 - young) * old);
+    t.rough = inland * smoothstep(-0.25, 0.35, province);
+    t.plateau = inland * smoothstep(0.22, 0.34, province) * (1 - t.mountains);
+    return t;
+}
 
+Dual EarthRelief::ranges(const Vec3& n, const Crust& c, const Terrain& t) const noexcept {
+    const Dual arcs = (1 - t.inland) * c.plates.belt;
+    if (t.mountains.v <= 0 && arcs.v <= 0) return 0;
     DualVec3 sheared = displaced(shear_, n);
     for (std::size_t k = 0; k < 3; ++k) sheared[k] += kFoldDirection[k] * c.plates.fold;
     const Dual crests = ridged(ranges_, sheared, 0.5);
-    const Dual hills = fractal(hills_, n, 0.52);
+    return t.mountains * (900.0 + 1500.0 * c.plates.collision + 3700.0 * crests) + arcs * (6400.0 * crests);
+}
 
-    Dual h = hypsometry_(c.level);
-    h += ocean * (3000.0 * c.plates.ridge - 900.0 * c.plates.rift);
-    h += (ocean + 0.5 * (1 - ocean)) * (1 - inland) * (-5200.0 * c.plates.trench);
-    h += mountains * (900.0 + 1500.0 * c.plates.collision + 3700.0 * crests);
-    h += (1 - inland) * c.plates.belt * 6400.0 * crests;  // island arcs
-    h += 900.0 * plateau;
-    h += hills * (inland * (90.0 + 420.0 * rough + 1000.0 * mountains) + 60.0);
-    h += ocean * (1 - 0.75 * smoothstep(-0.35, -0.7, c.level) * (1 - c.plates.ridge)) *
-         (340.0 * fractal(abyssal_hills_, n, 0.5));
-    const double rugged = std::clamp(0.25 + 0.2 * rough.v + 0.7 * mountains.v + 0.4 * plateau.v, 0.0, 1.0);
+Dual EarthRelief::sea_floor(const Vec3& n, const Crust& c, const Dual& ocean) const noexcept {
+    if (ocean.v <= 0) return 0;
+    const Dual sediment = smoothstep(-0.35, -0.7, c.level) * (1 - c.plates.ridge);
+    return ocean * (3000.0 * c.plates.ridge - 900.0 * c.plates.rift +
+                    (1 - 0.75 * sediment) * (340.0 * fractal(abyssal_hills_, n, 0.5)));
+}
+
+EarthRelief::Land EarthRelief::land(const Vec3& n, const Crust& c) const noexcept {
+    const Dual ocean = smoothstep(-0.07, -0.20, c.level);
+    const Terrain t = terrain(n, c);
+    Dual h = hypsometry_(c.level) - 2600.0 * (1 + ocean) * (1 - t.inland) * c.plates.trench;
+    h += ranges(n, c, t) + sea_floor(n, c, ocean);
+    if (t.inland.v > 0)
+        h += 900.0 * t.plateau +
+             (90.0 * t.inland + 420.0 * t.rough + 1000.0 * t.mountains) * fractal(hills_, n, 0.52);
+
+    const double rugged =
+        std::clamp(0.25 + 0.2 * t.rough.v + 0.7 * t.mountains.v + 0.4 * t.plateau.v, 0.0, 1.0);
     const double grain = (30 + 80 * rugged) * fractal(grain_, n, 0.5).v;
     return {h, rugged * (1 - 0.6 * ocean.v), grain};
 }
@@ -153,12 +169,12 @@ EarthRelief::Land EarthRelief::land(const Vec3& n, const Crust& c) const noexcep
 double EarthRelief::round_features(const Vec3& n, const Dual& level) const noexcept {
     double h = 0;
     const double inland = smoothstep(0.02, 0.12, level).v;
-    if (inland > 0)
+    if (inland > 0 && craters_.density > 0)
         for_each_pit(craters_, n, [&](const Pit& pit) {
             h += inland * 0.016 * pit.radius_m * crater_profile(pit.distance);
         });
     const double ocean = smoothstep(-0.2, -0.4, level).v;
-    if (ocean > 0)
+    if (ocean > 0 && seamounts_.density > 0)
         for_each_pit(seamounts_, n, [&](const Pit& pit) {
             const double size = unit(pit.hash, 0);
             h += ocean * (600 + 4200 * size * size * size) * cone_profile(pit.distance);

@@ -26,12 +26,22 @@ class EarthRelief {
         PlateFields plates;
         Dual level;  ///< 0 at the coast, about +-1 far inland and far at sea, before relief is added
     };
+    /// How the land is built; all in 0..1 and 0 at sea.
+    struct Terrain {
+        Dual inland;
+        Dual mountains;
+        Dual rough;
+        Dual plateau;
+    };
     struct Land {
         Dual height;
         double ruggedness;  ///< 0..1: how deep valleys are cut
         double grain;       ///< metres: fine roughness, which steers no valley
     };
     Crust crust(const Vec3& n) const noexcept;
+    Terrain terrain(const Vec3& n, const Crust& c) const noexcept;
+    Dual ranges(const Vec3& n, const Crust& c, const Terrain& t) const noexcept;
+    Dual sea_floor(const Vec3& n, const Crust& c, const Dual& ocean) const noexcept;
     Land land(const Vec3& n, const Crust& c) const noexcept;
     double round_features(const Vec3& n, const Dual& level) const noexcept;
     void set_sea_level(std::uint64_t seed);

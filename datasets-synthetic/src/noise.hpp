@@ -23,8 +23,8 @@ struct Octave {
 };
 
 /// Octaves from `longest_m` downwards in steps of `lacunarity` while above both `shortest_m` and `limit_m`.
-/// `limit_m` is the planet's smallest wavelength: an octave of wavelength L weighs clamp(log2(L / limit_m),
-/// 0, 1), taken piecewise linear in L between limit_m and 2 limit_m.
+/// `limit_m` is the planet's smallest wavelength: an octave of wavelength L weighs clamp(L / limit_m - 1, 0,
+/// 1).
 struct Band {
     double longest_m;
     double shortest_m;

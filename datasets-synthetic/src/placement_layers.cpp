@@ -41,23 +41,23 @@ std::vector<Layer> antimeridian(const Options& options) {
                             grid_around(epsg(32601, false), {.latitude = 50, .longitude = 180}, 500, 512),
                             500, options));
     layers.push_back(degrees("antimeridian.tif", "across 180 degrees, longitudes 175 to 185", 175, 10,
-                             1.0 / 60, 600, 600, options));
+                             1.0 / 25, 250, 250, options));
     return layers;
 }
 
 std::vector<Layer> polar(const Options& options) {
     const auto cap = [&](const char* name, const char* purpose, int code) {
-        const Grid grid{500, 500, {-1e6, 4000, 0, 1e6, 0, -4000}, epsg(code, false)};
-        return relief(name, purpose, grid, 4000, options);
+        const Grid grid{250, 250, {-1e6, 8000, 0, 1e6, 0, -8000}, epsg(code, false)};
+        return relief(name, purpose, grid, 8000, options);
     };
     return {cap("polar_north.tif", "the north pole in polar stereographic projection", 3995),
             cap("polar_south.tif", "the south pole in polar stereographic projection", 3031)};
 }
 
 Layer rotated(const Options& options) {
-    constexpr double kStep = 0.02, kAngle = std::numbers::pi / 6;
+    constexpr double kStep = 0.04, kAngle = std::numbers::pi / 6;
     const double c = kStep * std::cos(kAngle), s = kStep * std::sin(kAngle);
-    const Grid grid{400, 300, {28, c, s, 20, s, -c}, epsg(4326, true)};
+    const Grid grid{200, 150, {28, c, s, 20, s, -c}, epsg(4326, true)};
     return relief("rotated.tif", "rows and columns at 30 degrees to the meridians", grid,
                   degree_spacing(kStep, kRadius), options);
 }
@@ -89,7 +89,7 @@ std::vector<Layer> placement_layers(Kind kind, const Options& options) {
 std::vector<Layer> damaged_layers(Kind kind, const Options& options) {
     if (kind == Kind::empty) return {broken("empty.tif", "a file of 0 bytes", 1, Damage::empty, options)};
     return {broken("truncated_header.tif", "cut after 100 bytes", 64, Damage::cut_header, options),
-            broken("truncated_data.tif", "its last quarter is gone", 512, Damage::cut_data, options)};
+            broken("truncated_data.tif", "its last quarter is gone", 256, Damage::cut_data, options)};
 }
 
 }  // namespace carat::synth
