@@ -217,6 +217,17 @@ Half FakeRepository::leaf_above(Half half) const {
     return half;
 }
 
+Half FakeRepository::leaf_at(const Half& half, const LatticePoint& p) const {
+    Half leaf = leaf_above(half);
+    while (refined(leaf.diamond)) {
+        const std::array<Half, 2> below = child_halves(leaf);
+        const auto [i, j] = index_of(below[0], p, 1);
+        const bool inside = below[0].side == 0 ? j >= 0 && i <= 1 && i >= j : i >= 0 && j <= 1 && j >= i;
+        leaf = inside ? below[0] : below[1];
+    }
+    return leaf;
+}
+
 double FakeRepository::surface(const Half& leaf, const LatticePoint& p) const {
     const auto [x, y] = index_of(leaf, p, header_.cells());
     const TriangleWeights w = triangle_weights(x, y, header_.cells());

@@ -43,7 +43,9 @@ class FakeRepository : public Repository {
     const Heights& heights(DiamondId d) const { return heights_.at(d); }
     // The leaf half that contains a half at or below it.
     Half leaf_above(Half half) const;
-    // S at a lattice point of a half at or below a leaf, in quanta: linear between the leaf's three vertices.
+    // The leaf half that contains a lattice point of a half, wherever the half is.
+    Half leaf_at(const Half& half, const LatticePoint& p) const;
+    // S at a lattice point of a leaf, in quanta: linear between the leaf's three vertices.
     double surface(const Half& leaf, const LatticePoint& p) const;
     // S at a place, metres above the ellipsoid.
     double surface(const Geodetic& place) const;

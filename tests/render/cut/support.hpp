@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "carat/render/cut.hpp"
+#include "render/cut/checks.hpp"
 #include "render/cut/planets.hpp"
 #include "render/cut/views.hpp"
 
@@ -19,6 +20,12 @@ inline Visibility visibility_of(const FakeRepository& repository, const View& vi
 
 inline Cut cut_of(const FakeRepository& repository, const View& view, double threshold) {
     return select_cut(repository, visibility_of(repository, view, threshold), threshold);
+}
+
+inline TrueSurface surface_of(const FakeRepository& repository) {
+    return {repository.header(), repository.body(), [&repository](const Half& half, const LatticePoint& p) {
+                return repository.surface_point(repository.leaf_at(half, p), p);
+            }};
 }
 
 inline std::vector<const FakeRepository*> planets() {
