@@ -1,0 +1,196 @@
+// carat verify, and the library behind it: sound files pass, each kind of damage is found and named.
+#include "carat/codec/verify.hpp"
+#include "mini_builder.hpp"
+#include "program.hpp"
+#include "rasters.hpp"
+
+namespace carat::test {
+namespace {
+
+using VerifyProgram = Program;
+
+void flip(const fs::path& file, std::uintmax_t at) {
+    std::fstream io(file, std::ios::binary | std::ios::in | std::ios::out);
+    io.seekg(static_cast<std::streamoff>(at));
+    const int byte = io.get();
+    io.seekp(static_cast<std::streamoff>(at));
+    io.put(static_cast<char>(byte ^ 0x10));
+}
+
+TEST_F(VerifyProgram, ASoundFileIsOk) {
+    write_raster(path("hills.tif"), hills());
+    ASSERT_EQ(carat("build -q --layer hills.tif --tolerance 2 -o a.carat").exit, 0);
+    const Outcome text = carat("verify a.carat");
+    EXPECT_EQ(text.exit, 0);
+    EXPECT_TRUE(contains(text.out, "a.carat: ok: ")) << text.out;
+    const auto json = carat("verify --json a.carat").json();
+    EXPECT_EQ(json.at("ok"), true);
+    EXPECT_EQ(json.at("damage_count"), 0);
+    EXPECT_GT(json.at("diamonds"), 0);
+    EXPECT_EQ(json.at("decoded"), json.at("diamonds"));
+    EXPECT_GT(json.at("shared_heights_checked"), 0);
+}
+
+TEST_F(VerifyProgram, AFlippedBitAnywhereIsFound) {
+    write_raster(path("hills.tif"), hills());
+    ASSERT_EQ(carat("build -q --layer hills.tif --tolerance 2 -o a.carat").exit, 0);
+    const std::uintmax_t size = fs::file_size(path("a.carat"));
+    for (const std::uintmax_t at :
+         {std::uintmax_t{3}, std::uintmax_t{30}, size / 4, size / 2, size - 40, size - 1}) {
+        flip(path("a.carat"), at);
+        const Outcome r = carat("verify --json a.carat");
+        EXPECT_EQ(r.exit, 1) << "byte " << at;
+        EXPECT_EQ(r.json().at("ok"), false) << "byte " << at;
+        EXPECT_TRUE(contains(r.json().at("damage").at(0), "a.carat")) << r.out;
+        flip(path("a.carat"), at);
+    }
+    EXPECT_EQ(carat("verify a.carat").exit, 0);
+}
+
+TEST_F(VerifyProgram, ATruncatedFileIsFound) {
+    write_raster(path("hills.tif"), hills());
+    ASSERT_EQ(carat("build -q --layer hills.tif --tolerance 2 -o a.carat").exit, 0);
+    fs::resize_file(path("a.carat"), fs::file_size(path("a.carat")) - 1);
+    const Outcome r = carat("verify a.carat");
+    EXPECT_EQ(r.exit, 1);
+    EXPECT_TRUE(contains(r.out, "damaged")) << r.out;
+}
+
+// Files that no builder of ours writes, with checksums that fit.
+class VerifyFile : public testing::Test {
+  protected:
+    using Change = std::function<void(std::vector<DiamondRecord>&)>;
+
+    VerifyReport verify(const MiniBuild& b, const Change& change) const {
+        std::vector<DiamondRecord> records;
+        for (const DiamondId d : b.refined)
+            records.push_back({d, b.residuals.at(d), {b.summary.at({d, 0}), b.summary.at({d, 1})}});
+        change(records);
+        WriterSetup setup;
+        setup.log2_cells = b.plan.log2_cells;
+        setup.quantum = b.plan.quantum;
+        setup.tolerance = b.plan.tolerance;
+        setup.body = b.plan.body;
+        setup.radii.assign(b.levels.size(), b.radius);
+        const fs::path file =
+            fs::temp_directory_path() / ("carat-verify-" + std::to_string(getpid()) + ".carat");
+        std::array<Grid, kFaces> roots;
+        for (int face = 0; face < kFaces; ++face)
+            roots[static_cast<std::size_t>(face)] = b.reference_p.at(root_diamond(face));
+        RepositoryWriter writer(file, setup, encode_roots(roots, b.plan.n(), b.radius));
+        writer.write(std::move(records));
+        writer.finish();
+        const VerifyReport report = verify_file(file);
+        fs::remove(file);
+        return report;
+    }
+    static MiniPlan plan(const Field& field, int depth) {
+        MiniPlan p;
+        p.source = field;
+        p.depth = depth;
+        return p;
+    }
+    static bool says(const VerifyReport& r, const std::string& what) {
+        for (const std::string& d : r.damage)
+            if (contains(d, what)) return true;
+        return false;
+    }
+    static DiamondRecord& deepest(std::vector<DiamondRecord>& records) {
+        return *std::max_element(records.begin(), records.end(),
+                                 [](const auto& a, const auto& b) { return a.id.level() < b.id.level(); });
+    }
+};
+
+TEST_F(VerifyFile, EveryFieldAndModePasses) {
+    for (const Mode mode : {Mode::interpolating, Mode::filtered, Mode::paper})
+        for (const NamedField& field : all_fields(50000, 24)) {
+            MiniPlan p = plan(field.field, 4);
+            p.mode = [mode](DiamondId) { return mode; };
+            const MiniBuild b = build_mini(p);
+            const VerifyReport r = verify(b, [](auto&) {});
+            EXPECT_TRUE(r.ok()) << field.name << ": " << (r.damage.empty() ? "" : r.damage[0]);
+            EXPECT_EQ(r.decoded, b.refined.size()) << field.name;
+            EXPECT_EQ(r.census.refined, b.refined.size()) << field.name;
+        }
+}
+
+// Marks "zero to level D" are counted by a formula and visited one by one: both must agree with the header.
+TEST_F(VerifyFile, ZeroPagesAcrossBandsAreCountedAndVisited) {
+    for (const int depth : {1, 2, 6, 7, 9}) {
+        MiniPlan p = plan(constant(12345), depth);
+        p.log2_cells = 2;
+        const MiniBuild b = build_mini(p);
+        const VerifyReport r = verify(b, [](auto&) {});
+        EXPECT_TRUE(r.ok()) << depth << ": " << (r.damage.empty() ? "" : r.damage[0]);
+        EXPECT_EQ(r.decoded, b.refined.size()) << depth;
+        EXPECT_GT(r.census.zero_pages, 0u) << depth;
+        for (std::size_t l = 0; l < r.census.levels.size(); ++l)
+            EXPECT_EQ(r.census.levels[l].refined, kFaces * (std::uint64_t{1} << l)) << depth;
+    }
+}
+
+TEST_F(VerifyFile, AMissingParentIsFound) {
+    const MiniBuild b = build_mini(plan(fractal(20000), 3));
+    const VerifyReport r = verify(b, [](std::vector<DiamondRecord>& records) {
+        const DiamondId orphaned = *parent(deepest(records).id, 0);
+        std::erase_if(records, [&](const DiamondRecord& d) { return d.id == orphaned; });
+    });
+    EXPECT_TRUE(says(r, "is refined, its parent"));
+    EXPECT_GT(r.unreachable, 0u);
+}
+
+TEST_F(VerifyFile, ASummaryThatIsTooNarrowIsFound) {
+    const MiniBuild b = build_mini(plan(fractal(20000), 3));
+    const VerifyReport r = verify(b, [](std::vector<DiamondRecord>& records) {
+        for (DiamondRecord& d : records)
+            if (d.id == root_diamond(2)) d.summary[1].max = d.summary[1].min;
+    });
+    EXPECT_TRUE(
+        says(r, "diamond " + to_string(root_diamond(2)) + " has heights outside the summaries of half 1"));
+    EXPECT_FALSE(says(r, "diamond " + to_string(root_diamond(4)) + " has"));
+}
+
+// The leaf itself may be sound: its heights must lie within what every half above it says.
+TEST_F(VerifyFile, ADeepHeightOutsideACoarseSummaryIsFound) {
+    const DiamondId deep = child(child(root_diamond(0), 0), 0);
+    const auto centre = deep.centre();
+    MiniPlan p = plan([centre](const LatticePoint& q) { return q == centre ? 90000 : 0; }, 3);
+    const MiniBuild b = build_mini(p);
+    const VerifyReport sound = verify(b, [](auto&) {});
+    ASSERT_TRUE(sound.ok()) << sound.damage[0];
+    const VerifyReport r = verify(b, [](std::vector<DiamondRecord>& records) {
+        for (DiamondRecord& d : records)
+            if (d.id.level() == 0)
+                for (SummaryValues& s : d.summary) s.max = std::min(s.max, 1000);
+    });
+    EXPECT_FALSE(r.ok());
+}
+
+TEST_F(VerifyFile, ResidualsThatDoNotDecodeAreFound) {
+    const MiniBuild b = build_mini(plan(fractal(20000), 3));
+    const VerifyReport r = verify(b, [](std::vector<DiamondRecord>& records) {
+        auto& blob = deepest(records).residuals.blob;
+        blob.resize(blob.size() / 2);
+    });
+    EXPECT_EQ(r.damage_count, 1u);
+    EXPECT_EQ(r.unreachable, 1u);
+}
+
+TEST_F(VerifyFile, MemoryBoundAndThreadsDoNotMatter) {
+    const MiniBuild b = build_mini(plan(fractal(20000), 5));
+    const fs::path file =
+        fs::temp_directory_path() / ("carat-threads-" + std::to_string(getpid()) + ".carat");
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(b.bytes.data()), static_cast<std::streamsize>(b.bytes.size()));
+    VerifyOptions small;
+    small.threads = 3;
+    small.memory_bytes = 1;
+    const VerifyReport one = verify_file(file), other = verify_file(file, small);
+    fs::remove(file);
+    EXPECT_TRUE(one.ok() && other.ok());
+    EXPECT_EQ(one.heights, other.heights);
+    EXPECT_EQ(one.decoded, other.decoded);
+}
+
+}  // namespace
+}  // namespace carat::test
