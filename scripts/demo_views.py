@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Chooses views of a .carat file for scripts/demo.
+"""Chooses views of a .carat file, and a flight, for scripts/demo.
 
-usage: demo_views.py CARAT FILE BODY LAYER...     LAYER: the sources, coarsest first
+usage: demo_views.py CARAT FILE BODY FLIGHT.json LAYER...     LAYER: the sources, coarsest first
 
 Prints one view a line, its name and then the options of carat render: the whole globe from two sides and from above both
 poles, then for each regional layer an oblique view of all of it and one from low over its middle, then the named places
-of the body that the file knows finely enough. Ground heights are asked from the file, through carat query.
+of the body that the file knows finely enough. Ground heights are asked from the file, through carat query. FLIGHT.json
+becomes the path, for carat fly, of a descent from space to the last of these views.
 """
 
+import dataclasses
 import json
 import math
 import subprocess
@@ -24,17 +26,35 @@ PLACES = {
     ],
     "moon": [("tycho", -43.3, -11.2, 10, 250e3, 90e3, 8e3)],
     "mars": [
-        ("olympus-mons", 18.65, -133.8, 330, 900e3, 300e3, 40e3),
         ("valles-marineris", -13.9, -59.2, 285, 600e3, 150e3, 40e3),
+        ("olympus-mons", 18.65, -133.8, 330, 900e3, 300e3, 40e3),
     ],
-    "synthetic": [],
 }
 
-
-# From space a pixel of error is tens of kilometres, more than any relief: ask for enough detail to colour each pixel, and
-# shade slopes more than they are.
-FROM_SPACE = ["--error=0.05", "--relief=6", "--sun=290,55"]
+FROM_SPACE = ["--relief=6", "--sun=290,55"]  # slopes shaded steeper than they are, or none would show
 SKY = ["--background=142,176,214"]
+SKY_CEILING = 30e3  # metres: from above, the sky is black
+
+
+@dataclasses.dataclass
+class View:
+    name: str
+    lat: float  # of the eye, degrees
+    lon: float
+    height: float  # metres above the ellipsoid
+    heading: float = 0
+    pitch: float = -90
+    fov: float = 50
+    look: tuple = ()  # further options of carat render
+
+    def options(self):
+        eye = f"--eye={self.lat:.6f},{self.lon:.6f},{self.height:.1f}"
+        angles = f"--heading={self.heading:.1f} --pitch={self.pitch:.2f} --fov={self.fov}"
+        return " ".join([self.name, eye, angles, *self.look])
+
+    def keyframe(self, time):
+        angles = {"heading": self.heading, "pitch": self.pitch, "fov": self.fov}
+        return {"time": time, "lat": self.lat, "lon": self.lon, "height": self.height, **angles}
 
 
 class Planet:
@@ -46,11 +66,9 @@ class Planet:
     def query(self, places):
         """[(height, spacing)] in metres at [(latitude, longitude)]."""
         lines = "".join(f"{lat!r},{lon!r}\n" for lat, lon in places)
-        done = subprocess.run(
-            [self.carat, "query", self.file, "--points", "-"], input=lines, text=True, stdout=subprocess.PIPE, check=True
-        )
-        rows = [line.split(",") for line in done.stdout.splitlines() if line and not line.startswith("lat")]
-        return [(float(row[2]), float(row[3])) for row in rows]
+        command = [self.carat, "query", self.file, "--points", "-", "--no-header"]
+        done = subprocess.run(command, input=lines, text=True, stdout=subprocess.PIPE, check=True)
+        return [tuple(map(float, line.split(",")[2:4])) for line in done.stdout.splitlines()]
 
     def away(self, lat, lon, bearing, distance):
         """The place at a distance along the great circle that leaves lat, lon with a bearing (degrees)."""
@@ -66,58 +84,74 @@ class Planet:
         (ground, _), (below, _) = self.query([(lat, lon), eye])
         eye_height = max(ground, below) + height
         drop = eye_height - ground + distance**2 / (2 * self.radius)
-        light = [f"--sun={(heading + 285) % 360:.0f},24"] + (self.sky if eye_height < 30e3 else [])
-        return view(name, *eye, eye_height, heading, -math.degrees(math.atan2(drop, distance)), 50, ["--error=0.7", *light])
+        light = [f"--sun={(heading + 285) % 360:.0f},24"] + (self.sky if eye_height < SKY_CEILING else [])
+        pitch = -math.degrees(math.atan2(drop, distance))
+        return View(name, *eye, eye_height, heading, pitch, look=tuple(light))
+
+    def from_space(self, name, lat, lon, height, fov):
+        """A view straight down; height in radii."""
+        return View(name, lat, lon, height * self.radius, fov=fov, look=tuple(FROM_SPACE))
 
 
-def view(name, lat, lon, height, heading, pitch, fov, more):
-    eye = f"--eye={lat:.6f},{lon:.6f},{height:.1f}"
-    return " ".join([name, eye, f"--heading={heading:.1f}", f"--pitch={pitch:.2f}", f"--fov={fov}", *more])
+@dataclasses.dataclass
+class Region:
+    """Where a raster lies: its middle and its height in degrees, its rows, whether it spans more than half the globe."""
+
+    name: str
+    lat: float
+    lon: float
+    span: float
+    rows: int
+    is_global: bool
+
+    @staticmethod
+    def of(layer):
+        info = json.loads(subprocess.run(["gdalinfo", "-json", layer], text=True, stdout=subprocess.PIPE, check=True).stdout)
+        if "wgs84Extent" in info:
+            ring = info["wgs84Extent"]["coordinates"][0]
+        else:
+            ring = [info["cornerCoordinates"][corner] for corner in ("upperLeft", "lowerLeft", "lowerRight", "upperRight")]
+        lons, lats = [p[0] for p in ring], [p[1] for p in ring]
+        name = layer.rsplit("/", 1)[-1].rsplit(".", 1)[0]
+        middle = (min(lats) + max(lats)) / 2, (min(lons) + max(lons)) / 2
+        return Region(name, *middle, max(lats) - min(lats), info["size"][1], max(lons) - min(lons) > 180)
 
 
-def extent(layer):
-    """Latitude and longitude of a raster's middle, its height in degrees of latitude and in rows, and whether it spans more
-    than half the globe."""
-    info = json.loads(subprocess.run(["gdalinfo", "-json", layer], text=True, stdout=subprocess.PIPE, check=True).stdout)
-    if "wgs84Extent" in info:
-        ring = info["wgs84Extent"]["coordinates"][0]
-    else:
-        corners = info["cornerCoordinates"]
-        ring = [corners[name] for name in ("upperLeft", "lowerLeft", "lowerRight", "upperRight")]
-    lons, lats = [p[0] for p in ring], [p[1] for p in ring]
-    return (
-        (min(lats) + max(lats)) / 2,
-        (min(lons) + max(lons)) / 2,
-        max(lats) - min(lats),
-        info["size"][1],
-        max(lons) - min(lons) > 180,
-    )
+def space_views(planet, lon):
+    return [
+        planet.from_space("globe", 15, lon, 2.6, 36),
+        planet.from_space("globe-far-side", 15, (lon + 360) % 360 - 180, 2.6, 36),
+        planet.from_space("north-pole", 89.9, 0, 0.6, 60),
+        planet.from_space("south-pole", -89.9, 0, 0.6, 60),
+    ]
+
+
+def region_views(planet, region):
+    size = math.radians(region.span) * planet.radius
+    spacing = size / region.rows
+    return [
+        planet.look_at(region.name + "-oblique", region.lat, region.lon, 340, 0.9 * size, 0.4 * size),
+        planet.look_at(region.name + "-low", region.lat, region.lon, 20, 100 * spacing, 20 * spacing),
+    ]
 
 
 def main():
-    carat, file, body, layers = sys.argv[1], sys.argv[2], sys.argv[3], sys.argv[4:]
+    carat, file, body, flight, layers = sys.argv[1], sys.argv[2], sys.argv[3], sys.argv[4], sys.argv[5:]
     planet = Planet(carat, file, body)
-    regions = [(layer, *extent(layer)) for layer in layers]
-    regions = [r for r in regions if not r[5]]
-    middle = regions[0][2] if regions else 10.0
-    far = 2.6 * planet.radius
+    regions = [region for region in map(Region.of, layers) if not region.is_global]
 
-    views = [
-        view("globe", 15, middle, far, 0, -90, 36, FROM_SPACE),
-        view("globe-far-side", 15, (middle + 360) % 360 - 180, far, 0, -90, 36, FROM_SPACE),
-        view("north-pole", 89.9, 0, 0.6 * planet.radius, 0, -90, 60, FROM_SPACE),
-        view("south-pole", -89.9, 0, 0.6 * planet.radius, 0, -90, 60, FROM_SPACE),
-    ]
-    for layer, lat, lon, span, rows, _ in regions:
-        name = layer.rsplit("/", 1)[-1].rsplit(".", 1)[0]
-        size = math.radians(span) * planet.radius
-        spacing = size / rows
-        views.append(planet.look_at(name + "-oblique", lat, lon, 340, 0.9 * size, 0.4 * size))
-        views.append(planet.look_at(name + "-low", lat, lon, 20, 100 * spacing, 20 * spacing))
+    views = space_views(planet, regions[0].lon if regions else -100.0)
+    for region in regions:
+        views += region_views(planet, region)
     for name, lat, lon, heading, distance, height, needed in PLACES.get(body, []):
         if planet.query([(lat, lon)])[0][1] <= needed:
             views.append(planet.look_at(name, lat, lon, heading, distance, height))
-    print("\n".join(views))
+    print("\n".join(view.options() for view in views))
+
+    goal = views[-1]
+    start = planet.from_space("start", goal.lat, goal.lon - 40, 1.5, goal.fov)
+    with open(flight, "w", encoding="utf-8") as out:
+        json.dump([start.keyframe(0), goal.keyframe(8)], out, indent=1)
 
 
 main()
