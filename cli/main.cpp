@@ -79,6 +79,7 @@ int main(int argc, char** argv) {
     add_query(app, globals);
 #ifdef CARAT_WITH_RENDER
     add_render(app, globals);
+    add_fly(app, globals);
 #endif
 #ifdef CARAT_WITH_SYNTH
     add_synth(app, globals);

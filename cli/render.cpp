@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
-#include <numbers>
 
 #include "aov_list.hpp"
 #include "carat/codec/surface.hpp"
@@ -18,6 +17,7 @@
 #include "carat/vulkan/picture.hpp"
 #include "carat/vulkan/renderer.hpp"
 #include "commands.hpp"
+#include "look.hpp"
 #include "render_stats.hpp"
 #include "text.hpp"
 #include "values.hpp"
@@ -28,14 +28,12 @@ namespace {
 struct Options {
     std::string file, output, stats;
     std::array<double, 3> eye{};
-    std::array<double, 3> background{};  // sRGB, 0 to 255
-    std::optional<std::array<double, 2>> sun;
     ViewRequest view;
     double error = 1, spacing = 1.5;
     AovList aovs;
-    Light light;
+    Look look;
     RendererOptions renderer;
-    int samples = 4, threads = 0;
+    int threads = 0;
     bool overwrite = false;
 };
 
@@ -80,33 +78,11 @@ void add_view_options(CLI::App& sub, Options& o) {
     sub.add_option("--error", o.error, "Greatest error on the screen, pixels (default 1)")
         ->check(CLI::PositiveNumber)
         ->group(group);
-    sub.add_option("--spacing", o.spacing,
-                   "Greatest distance of samples on the screen, pixels, where the file has finer ones; 0: --error "
-                   "alone decides (default 1.5)")
+    sub.add_option(
+           "--spacing", o.spacing,
+           "Greatest distance of samples on the screen, pixels, where the file has finer ones; 0: --error "
+           "alone decides (default 1.5)")
         ->check(CLI::NonNegativeNumber)
-        ->group(group);
-}
-
-void add_look_options(CLI::App& sub, Options& o) {
-    const char* group = "Light and colour";
-    add_value(sub, "--sun", "AZ,EL", "Direction of the light seen from the eye, degrees",
-              [&o](const std::string& text) {
-                  const auto v = parse_numbers(text, 2);
-                  o.sun = {v[0], v[1]};
-              })
-        ->group(group);
-    sub.add_option("--ambient", o.light.ambient, "Share of light from everywhere, 0 to 1 (default 0.08)")
-        ->check(CLI::Range(0.0, 1.0))
-        ->group(group);
-    sub.add_option("--exposure", o.light.exposure, "Factor on the linear colour (default 1)")
-        ->check(CLI::PositiveNumber)
-        ->group(group);
-    sub.add_option("--relief", o.light.relief_exaggeration, "Factor on slopes, for shading only (default 1)")
-        ->check(CLI::PositiveNumber)
-        ->group(group);
-    add_numbers(sub, "--background", o.background, "R,G,B", "0 to 255, sRGB (default 0,0,0)")->group(group);
-    sub.add_option("--samples", o.samples, "A pixel: 1, 2, 4 (default) or 8")
-        ->check(CLI::IsMember({1, 2, 4, 8}))
         ->group(group);
 }
 
@@ -132,34 +108,6 @@ void check_output(const std::string& path, bool overwrite) {
         throw Error(ErrorCode::usage, path + ": exists already; --overwrite replaces it");
 }
 
-// Unit direction towards the light, body frame, from azimuth and elevation at the eye's place.
-Vec3 sun_direction(const Geodetic& place, double azimuth, double elevation) {
-    constexpr double kRadian = std::numbers::pi / 180;
-    const Vec3 up = direction(place);
-    const double lon = place.longitude * kRadian, az = azimuth * kRadian, el = elevation * kRadian;
-    const Vec3 east{-std::sin(lon), std::cos(lon), 0};
-    const Vec3 north{up[1] * east[2] - up[2] * east[1], up[2] * east[0] - up[0] * east[2],
-                     up[0] * east[1] - up[1] * east[0]};
-    Vec3 out{};
-    for (std::size_t k = 0; k < 3; ++k)
-        out[k] = std::sin(el) * up[k] + std::cos(el) * (std::sin(az) * east[k] + std::cos(az) * north[k]);
-    return out;
-}
-
-std::array<double, 2> default_sun(double height, const Ellipsoid& body) {
-    return {315, 45 + 25 * std::clamp(height / body.a(), 0.0, 1.0)};
-}
-
-std::array<float, 3> linear_background(const std::array<double, 3>& srgb) {
-    std::array<float, 3> out{};
-    for (std::size_t k = 0; k < 3; ++k) {
-        if (!(srgb[k] >= 0 && srgb[k] <= 255))
-            throw Error(ErrorCode::usage, "--background: components are 0 to 255");
-        out[k] = srgb_decode(static_cast<float>(srgb[k] / 255));
-    }
-    return out;
-}
-
 // Plain words about what may surprise.
 void warn_about_eye(const std::shared_ptr<const Repository>& file, const ViewRequest& view) {
     const std::string& datum = file->header().vertical_datum;
@@ -171,18 +119,6 @@ void warn_about_eye(const std::shared_ptr<const Repository>& file, const ViewReq
     if (view.height < ground)
         spdlog::warn("the eye is {} below the ground, which lies at {:.1f} m",
                      length_text(ground - view.height), ground);
-}
-
-DrawRequest draw_request(const Options& o, const View& view, const Ellipsoid& body) {
-    DrawRequest request;
-    request.camera = view.camera();
-    request.light = o.light;
-    const auto sun = o.sun.value_or(default_sun(o.view.height, body));
-    request.light.direction = sun_direction(o.view.eye, sun[0], sun[1]);
-    request.background = linear_background(o.background);
-    request.aovs = o.aovs.wanted();
-    request.samples = o.samples;
-    return request;
 }
 
 int run(Options o, const Globals& globals) {
@@ -199,7 +135,8 @@ int run(Options o, const Globals& globals) {
     const auto file = Repository::open(o.file);
     const Ellipsoid body = file->header().ellipsoid();
     const View view(body, o.view);
-    const DrawRequest request = draw_request(o, view, body);
+    DrawRequest request = draw_request(o.look, o.view, view, body);
+    request.aovs = o.aovs.wanted();
     warn_about_eye(file, o.view);
 
     RenderStats stats;
@@ -232,7 +169,7 @@ void add_render(CLI::App& app, Globals& globals) {
     sub.footer(kFooter);
     sub.add_option("FILE", o->file, "A .carat file")->required();
     add_view_options(sub, *o);
-    add_look_options(sub, *o);
+    add_look_options(sub, o->look);
     add_output_options(sub, *o);
     on_run(sub, globals, [o, &globals] { return run(*o, globals); });
 }

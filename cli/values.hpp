@@ -23,6 +23,12 @@ std::array<int, 2> parse_picture_size(const std::string& text);
 // Names separated by commas; none may be empty. If the whole text is an existing file, it is one name.
 std::vector<std::string> parse_files(const std::string& text);
 
+// A check of the range of a number that leaves the help alone.
+template <class T>
+CLI::Validator between(T least, T greatest) {
+    return CLI::Range(least, greatest).description("");
+}
+
 // An option with one value of a given form; what `take` throws gets the option's name.
 CLI::Option* add_value(CLI::App& app, const std::string& name, const std::string& form,
                        const std::string& description, std::function<void(const std::string&)> take);

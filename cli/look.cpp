@@ -1,0 +1,88 @@
+#include "look.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "carat/globe/error.hpp"
+#include "values.hpp"
+
+namespace carat::cli {
+namespace {
+
+// Unit direction towards the light, body frame, from azimuth and elevation at the eye's place.
+Vec3 sun_direction(const Geodetic& place, double azimuth, double elevation) {
+    constexpr double kRadian = std::numbers::pi / 180;
+    const Vec3 up = direction(place);
+    const double lon = place.longitude * kRadian, az = azimuth * kRadian, el = elevation * kRadian;
+    const Vec3 east{-std::sin(lon), std::cos(lon), 0};
+    const Vec3 north{up[1] * east[2] - up[2] * east[1], up[2] * east[0] - up[0] * east[2],
+                     up[0] * east[1] - up[1] * east[0]};
+    Vec3 out{};
+    for (std::size_t k = 0; k < 3; ++k)
+        out[k] = std::sin(el) * up[k] + std::cos(el) * (std::sin(az) * east[k] + std::cos(az) * north[k]);
+    return out;
+}
+
+std::array<double, 2> default_sun(double height, const Ellipsoid& body) {
+    return {315, 45 + 25 * std::clamp(height / body.a(), 0.0, 1.0)};
+}
+
+// Slopes fade with distance: a sample a pixel from orbit is kilometres wide. 1 below 0.2 % of the radius (13
+// km on Earth), 6 above half of it, logarithmic between.
+double default_relief(double height, const Ellipsoid& body) {
+    const double low = 0.002 * body.a(), high = 0.5 * body.a();
+    const double h = std::clamp(height, low, high);
+    return 1 + 5 * std::log(h / low) / std::log(high / low);
+}
+
+std::array<float, 3> linear_background(const std::array<double, 3>& srgb) {
+    std::array<float, 3> out{};
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (!(srgb[k] >= 0 && srgb[k] <= 255))
+            throw Error(ErrorCode::usage, "--background: components are 0 to 255");
+        out[k] = srgb_decode(static_cast<float>(srgb[k] / 255));
+    }
+    return out;
+}
+
+}  // namespace
+
+void add_look_options(CLI::App& sub, Look& o) {
+    const char* group = "Light and colour";
+    add_value(sub, "--sun", "AZ,EL", "Direction of the light seen from the eye, degrees",
+              [&o](const std::string& text) {
+                  const auto v = parse_numbers(text, 2);
+                  o.sun = {v[0], v[1]};
+              })
+        ->group(group);
+    sub.add_option("--ambient", o.light.ambient, "Share of light from everywhere, 0 to 1 (default 0.08)")
+        ->check(CLI::Range(0.0, 1.0))
+        ->group(group);
+    sub.add_option("--exposure", o.light.exposure, "Factor on the linear colour (default 1)")
+        ->check(CLI::PositiveNumber)
+        ->group(group);
+    sub.add_option("--relief", o.relief,
+                   "Factor on slopes, for shading only (default 1 near the ground, 6 from space)")
+        ->check(CLI::PositiveNumber)
+        ->group(group);
+    add_numbers(sub, "--background", o.background, "R,G,B", "0 to 255, sRGB (default 0,0,0)")->group(group);
+    sub.add_option("--samples", o.samples, "A pixel: 1, 2, 4 (default) or 8")
+        ->check(CLI::IsMember({1, 2, 4, 8}))
+        ->group(group);
+}
+
+DrawRequest draw_request(const Look& look, const ViewRequest& where, const View& view,
+                         const Ellipsoid& body) {
+    DrawRequest request;
+    request.camera = view.camera();
+    request.light = look.light;
+    const auto sun = look.sun.value_or(default_sun(where.height, body));
+    request.light.direction = sun_direction(where.eye, sun[0], sun[1]);
+    request.light.relief_exaggeration = look.relief.value_or(default_relief(where.height, body));
+    request.background = linear_background(look.background);
+    request.samples = look.samples;
+    return request;
+}
+
+}  // namespace carat::cli

@@ -1,0 +1,47 @@
+// A path of keyframes: where the eye is at any time. A pure function of time; no files, no GPU.
+//
+//   place     along the geodesic (GeographicLib) between neighbouring keyframes
+//   height    exponential in time, so that a descent from orbit takes as long for each factor of height
+//   speed     over ground in proportion to height: the fraction of the way flown is (r^u - 1)/(r - 1), r the
+//             ratio of the heights and u the fraction of the time, in the limit u for r = 1
+//   angles    heading by the shorter way, pitch and fov linear in time
+//   ends      time is eased over the first and last tenth of the path, at most a second each
+#pragma once
+
+#include <vector>
+
+#include "carat/render/view.hpp"
+
+namespace carat {
+
+struct Keyframe {
+    double time = 0;                            // seconds
+    Geodetic eye;                               // degrees
+    double height = 0;                          // metres above the ellipsoid, > 0
+    double heading = 0, pitch = -90, fov = 45;  // degrees
+};
+
+class Flight {
+  public:
+    // At least two keyframes with ascending times. Throws Error(usage) otherwise, or for places that are
+    // none.
+    Flight(const Ellipsoid& body, std::vector<Keyframe> keyframes);
+
+    double duration() const;  // seconds
+    // The view at `time` seconds after the first keyframe, clamped to the path; picture sizes are left to the
+    // caller.
+    ViewRequest at(double time) const;
+
+  private:
+    struct Segment {
+        double distance = 0;  // metres
+        double azimuth = 0;   // degrees, at the segment's begin
+    };
+    double eased(double time) const;
+
+    double a_, f_;  // of the body
+    std::vector<Keyframe> keys_;
+    std::vector<Segment> segments_;
+};
+
+}  // namespace carat
