@@ -74,43 +74,48 @@ std::vector<PageKey> nested_pages(DiamondId square) {
     return out;
 }
 
+// A page that one zero mark can replace. Beyond its end level lie loosest_end - end_level levels of which the
+// page owns no diamond (its neighbours own all four of its sides), so that the mark may just as well cover
+// them.
+struct ZeroMark {
+    ZeroSpan span;
+    int loosest_end = 0;
+
+    bool can_end_at(int level) const { return span.end_level <= level && level <= loosest_end; }
+};
+
 // Finds pages that a single "zero to level D" mark replaces, deepest band first.
 class ZeroMarks {
   public:
     explicit ZeroMarks(const std::map<PageKey, PageContents>& pages) : pages_(pages) {
         for (auto it = pages.rbegin(); it != pages.rend(); ++it)  // keys ascend with the band
-            if (auto span = span_of(it->second)) spans_[it->first] = std::move(*span);
-        for (const auto& [key, span] : spans_) absorb(key, span);
+            if (auto mark = mark_of(it->second)) marks_[it->first] = std::move(*mark);
+        for (const auto& [key, mark] : marks_) absorb(key, mark.span);
     }
     const ZeroSpan* find(PageKey key) const {
-        const auto it = spans_.find(key);
-        return it == spans_.end() ? nullptr : &it->second;
+        const auto it = marks_.find(key);
+        return it == marks_.end() ? nullptr : &it->second.span;
     }
     bool absorbed(PageKey key) const { return absorbed_.contains(key); }
 
   private:
-    std::optional<ZeroSpan> span_of(const PageContents& page) const {
+    std::optional<ZeroMark> mark_of(const PageContents& page) const {
         if (!std::all_of(page.diamonds.begin(), page.diamonds.end(), is_plain_zero)) return std::nullopt;
         const DiamondId square = *page_square(page.key);
         const std::optional<int> full = full_levels(page, square);
         if (!full) return std::nullopt;
-        ZeroSpan span = own_span(page, square.level(), *full);
-        if (!merge_nested(square, *full, span)) return std::nullopt;
-        return span;
+        ZeroMark mark{own_span(page, square.level(), *full), square.level() + *full};
+        if (*full < kBandLevels && own_slots(page.key, square, *full) == 0) ++mark.loosest_end;
+        if (!merge_nested(square, mark)) return std::nullopt;
+        return mark;
     }
     // Number of sub-levels that are refined completely, if the others are not refined at all.
-    std::optional<int> full_levels(const PageContents& page, DiamondId square) const {
+    static std::optional<int> full_levels(const PageContents& page, DiamondId square) {
         std::array<int, kBandLevels> count{};
         for (const PageDiamond& d : page.diamonds) ++count[static_cast<std::size_t>(level_in_page(d.slot))];
-        int full = 0;
-        while (full < kBandLevels && count[static_cast<std::size_t>(full)] > 0) {
-            if (count[static_cast<std::size_t>(full)] != own_slots(page.key, square, full))
-                return std::nullopt;
-            ++full;
-        }
-        for (int j = full; j < kBandLevels; ++j)
-            if (count[static_cast<std::size_t>(j)] > 0) return std::nullopt;
-        if (full == 0) return std::nullopt;
+        const int full = level_in_page(page.diamonds.back().slot) + 1;
+        for (int j = 0; j < full; ++j)
+            if (count[static_cast<std::size_t>(j)] != own_slots(page.key, square, j)) return std::nullopt;
         return full;
     }
     static ZeroSpan own_span(const PageContents& page, int level, int full) {
@@ -124,31 +129,38 @@ class ZeroMarks {
             }
         return span;
     }
-    // Extends the span over nested pages: all of them zero to the same level, or none refined.
-    bool merge_nested(DiamondId square, int full, ZeroSpan& span) const {
-        std::vector<const ZeroSpan*> nested;
+    // Extends the mark over nested pages: all of them zero to the same level, or none refined.
+    bool merge_nested(DiamondId square, ZeroMark& mark) const {
+        std::vector<const ZeroMark*> nested;
         std::size_t present = 0;
         const std::vector<PageKey> keys = nested_pages(square);
         for (const PageKey key : keys) {
             present += pages_.contains(key) ? 1 : 0;
-            if (const auto it = spans_.find(key); it != spans_.end()) nested.push_back(&it->second);
+            if (const auto it = marks_.find(key); it != marks_.end()) nested.push_back(&it->second);
         }
         if (present == 0) return true;
-        if (full < kBandLevels || nested.size() != keys.size()) return false;
-        const auto same = [&](const ZeroSpan* z) { return z->end_level == nested[0]->end_level; };
-        if (!std::all_of(nested.begin(), nested.end(), same)) return false;
-        span.end_level = nested[0]->end_level;
-        span.delta.resize(static_cast<std::size_t>(full) + nested[0]->delta.size());
-        for (const ZeroSpan* z : nested) {
-            span.range.min = std::min(span.range.min, z->range.min);
-            span.range.max = std::max(span.range.max, z->range.max);
-            span.range.delta = std::max(span.range.delta, z->range.delta);
-            for (std::size_t k = 0; k < z->delta.size(); ++k) {
-                double& delta = span.delta[static_cast<std::size_t>(full) + k];
-                delta = std::max(delta, z->delta[k]);
-            }
-        }
+        if (nested.size() != keys.size() || !mark.can_end_at(square.level() + kBandLevels)) return false;
+        int end = 0;
+        for (const ZeroMark* z : nested) end = std::max(end, z->span.end_level);
+        const auto fits = [end](const ZeroMark* z) { return z->can_end_at(end); };
+        if (!std::all_of(nested.begin(), nested.end(), fits)) return false;
+        mark.span.end_level = end;
+        mark.loosest_end = INT32_MAX;
+        mark.span.delta.resize(static_cast<std::size_t>(end - square.level()));
+        for (const ZeroMark* z : nested) include(mark, *z);
         return true;
+    }
+    static void include(ZeroMark& mark, const ZeroMark& nested) {
+        ZeroSpan& span = mark.span;
+        const ZeroSpan& z = nested.span;
+        mark.loosest_end = std::min(mark.loosest_end, nested.loosest_end);
+        span.range.min = std::min(span.range.min, z.range.min);
+        span.range.max = std::max(span.range.max, z.range.max);
+        span.range.delta = std::max(span.range.delta, z.range.delta);
+        for (std::size_t k = 0; k < z.delta.size(); ++k) {
+            double& delta = span.delta[static_cast<std::size_t>(kBandLevels) + k];
+            delta = std::max(delta, z.delta[k]);
+        }
     }
     void absorb(PageKey key, const ZeroSpan& span) {
         const DiamondId square = *page_square(key);
@@ -157,7 +169,7 @@ class ZeroMarks {
     }
 
     const std::map<PageKey, PageContents>& pages_;
-    std::unordered_map<PageKey, ZeroSpan> spans_;
+    std::unordered_map<PageKey, ZeroMark> marks_;
     std::unordered_set<PageKey> absorbed_;
 };
 
