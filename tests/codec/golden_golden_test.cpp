@@ -1,0 +1,131 @@
+// Files of format version 1, written once and kept: both readers find the pinned heights in them, for ever.
+#include "golden.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <thread>
+
+#include "carat/codec/byte_source.hpp"
+#include "carat/codec/surface.hpp"
+#include "mini_builder.hpp"
+#include "slow_reader.hpp"
+#include "walk.hpp"
+
+namespace carat::test {
+namespace {
+
+const std::filesystem::path kFolder = std::filesystem::path(CARAT_SOURCE_DIR) / "tests/codec/golden";
+
+Mode any_mode(DiamondId d) { return static_cast<Mode>((d.bits() / 7) % 3); }
+
+std::function<bool(DiamondId)> patch(int depth) {
+    return [depth](DiamondId d) {
+        const LatticePoint c = d.centre();
+        const std::int64_t s = half_size(d.level());
+        return d.level() < depth && c.y > kLatticeExtent - 2 * s && c.z > kLatticeExtent - 2 * s &&
+               std::abs(c.x - kLatticeExtent / 7) < s;
+    };
+}
+
+MiniPlan plan_of(const std::string& file) {
+    MiniPlan p;
+    p.provenance = "{\"golden\":\"" + file + "\"}";
+    p.vertical_datum = "ellipsoid";
+    p.source = fractal(700 * 256, 28, 12);
+    p.log2_cells = 3;
+    p.tolerance = 30;
+    if (file == "mixed_modes.carat") {
+        p.depth = 4;
+        p.mode = any_mode;
+    } else if (file == "paper.carat") {
+        p.log2_cells = 4;
+        p.depth = 2;
+        p.mode = [](DiamondId) { return Mode::paper; };
+        p.body = Ellipsoid::mars();
+    } else if (file == "deep_patch.carat") {
+        p.depth = 20;
+        p.refine = patch(20);
+        p.mode = any_mode;
+        p.tolerance = 3;
+        p.source = fractal(4000 * 256, 29, 25);
+    } else {
+        p.log2_cells = 2;
+        p.depth = 7;
+        p.tolerance = 1;
+        p.source = [](const LatticePoint& q) {
+            const auto near = [](std::int32_t x) { return std::abs(x - (1 << 29)) < 1 << 27; };
+            const bool rough = q.x == kLatticeExtent && near(q.y) && near(q.z);
+            return rough ? 99 + 200 * (q.y >> 24 & 15) : 99;
+        };
+        p.body = Ellipsoid::moon();
+    }
+    return p;
+}
+
+// CARAT_WRITE_GOLDEN=1 writes the files anew: only for a new version of the format.
+TEST(Golden, WriteWhenAsked) {
+    if (std::getenv("CARAT_WRITE_GOLDEN") == nullptr) GTEST_SKIP() << "CARAT_WRITE_GOLDEN is not set";
+    for (const Golden& g : kGolden) {
+        const MiniBuild b = build_mini(plan_of(g.file));
+        std::ofstream(kFolder / g.file, std::ios::binary)
+            .write(reinterpret_cast<const char*>(b.bytes.data()),
+                   static_cast<std::streamsize>(b.bytes.size()));
+    }
+}
+
+TEST(Golden, HeightsAreThePinnedOnes) {
+    for (const Golden& g : kGolden)
+        EXPECT_EQ(hash_heights(Repository::open(kFolder / g.file)), g.heights) << g.file;
+}
+
+TEST(Golden, HeightsAreThePinnedOnesFromManyThreads) {
+    for (const Golden& g : kGolden) {
+        const auto repository = Repository::open(kFolder / g.file);
+        std::array<std::uint64_t, 6> found{};
+        std::vector<std::thread> threads;
+        for (std::uint64_t& f : found)
+            threads.emplace_back([&f, &repository] { f = hash_heights(repository); });
+        for (std::thread& t : threads) t.join();
+        for (const std::uint64_t f : found) EXPECT_EQ(f, g.heights) << g.file;
+    }
+}
+
+TEST(Golden, TheEncoderStillReconstructsTheSameHeights) {
+    for (const Golden& g : kGolden)
+        EXPECT_EQ(hash_heights(build_mini(plan_of(g.file)).open()), g.heights) << g.file;
+}
+
+TEST(Golden, TheSlowReaderFindsThem) {
+    for (const Golden& g : kGolden) {
+        std::ifstream in(kFolder / g.file, std::ios::binary);
+        const std::vector<char> chars{std::istreambuf_iterator<char>(in), {}};
+        slow::Reader plain({chars.begin(), chars.end()});
+        const Surface surface(Repository::open(kFolder / g.file));
+        std::set<std::pair<int, DiamondId>> queue;
+        for (int face = 0; face < kFaces; ++face) queue.insert({0, root_diamond(face)});
+        int refined = 0;
+        while (!queue.empty()) {
+            const auto [level, d] = *queue.begin();
+            queue.erase(queue.begin());
+            const slow::Point c{d.centre().x, d.centre().y, d.centre().z};
+            ASSERT_EQ(surface.repository().refined(d), plain.refined(c));
+            if (!plain.refined(c)) continue;
+            const auto fast = surface.refined_heights(d);
+            const slow::Refined& r = plain.refine(c);
+            ASSERT_TRUE(std::equal(r.v.begin(), r.v.end(), fast->v.begin(), fast->v.end()));
+            ASSERT_TRUE(std::equal(r.c.begin(), r.c.end(), fast->c.begin(), fast->c.end()));
+            for (const DiamondId k : children(d)) queue.insert({level + 1, k});
+            ++refined;
+        }
+        EXPECT_EQ(static_cast<std::uint64_t>(refined), plain.header().refined);
+    }
+}
+
+}  // namespace
+}  // namespace carat::test
