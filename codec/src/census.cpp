@@ -86,7 +86,7 @@ FileCensus FileStructure::empty_census() const {
     return c;
 }
 
-void FileStructure::check_layout(const std::function<void(const std::string&)>& complain) const {
+void FileStructure::check_layout(const std::function<void(const std::string&)>& remark) const {
     struct Stretch {
         std::uint64_t offset, bytes;
         std::string name;
@@ -106,10 +106,10 @@ void FileStructure::check_layout(const std::function<void(const std::string&)>& 
     std::string before = "begin";
     for (const Stretch& s : file) {
         if (s.offset < end)
-            complain(s.name + " overlaps what lies before it, " + before);
+            remark(s.name + " overlaps what lies before it, " + before);
         else if (s.offset > end)
-            complain(std::to_string(s.offset - end) + " bytes between " + before + " and " + s.name +
-                     " belong to nothing");
+            remark(std::to_string(s.offset - end) + " bytes between " + before + " and " + s.name +
+                   " belong to nothing");
         end = std::max(end, s.offset + s.bytes);
         before = s.name;
     }

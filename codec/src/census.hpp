@@ -24,8 +24,8 @@ class FileStructure {
     PagePart part(const PartEntry& entry) const;
     // The census without any page.
     FileCensus empty_census() const;
-    // Calls complain for every gap or overlap between the stretches of the file.
-    void check_layout(const std::function<void(const std::string&)>& complain) const;
+    // Calls remark for every gap or overlap between the stretches of the file.
+    void check_layout(const std::function<void(const std::string&)>& remark) const;
 
   private:
     const ByteSource& source_;

@@ -308,9 +308,8 @@ VerifyReport verify_file(const std::filesystem::path& file, const VerifyOptions&
         findings.add(error.what());
     }
     if (structure) {
-        const auto name = [&](const std::string& what) { findings.add(source->name() + ": " + what); };
-        report.census = structure->empty_census();
-        structure->check_layout(name);
+        structure->check_layout(
+            [&](const std::string& what) { report.remarks.push_back(source->name() + ": " + what); });
         std::vector<PartEntry> sound = PageCheck(*structure, findings, report.census).run();
         compare_with_header(*structure, report.census, findings);
         Decoding(*structure, std::move(sound), options, findings, report).run(file);

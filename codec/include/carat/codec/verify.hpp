@@ -49,6 +49,7 @@ struct VerifyOptions {
 struct VerifyReport {
     std::vector<std::string> damage;  // plain sentences, in the order of the file; at most damage_limit
     std::uint64_t damage_count = 0;
+    std::vector<std::string> remarks;  // odd, but no damage: gaps and overlaps between parts
     FileCensus census;                 // of what could be read
     std::uint64_t decoded = 0;         // refined diamonds decoded and found sound or damaged
     std::uint64_t unreachable = 0;     // not decoded, for damage in them or above
@@ -61,14 +62,12 @@ struct VerifyReport {
 
 // Checks the whole of a file:
 //
-//   bytes      header, root values, directory and every part of a page parse, fit their checksums and fill
-//   the file
-//              without gap or overlap; pages hold diamonds of their own only, and nothing lies below a zero
-//              page
+//   bytes      header, root values, directory and every part of a page parse and fit their checksums;
+//              pages hold diamonds of their own only, and nothing lies below a zero page
 //   DAG        both parents of every refined diamond are refined; counts and depth agree with the header
-//   heights    every refined diamond decodes; the halves that its two parents give it agree on their common
-//   edge;
-//              all its heights lie within its summaries, those of all its ancestors, and the header's range
+//   heights    every refined diamond decodes; the halves that its two parents give it agree on their
+//              common edge; all its heights lie within its summaries, those of all its ancestors, and the
+//              header's range
 //
 // Memory stays near memory_bytes whatever the size of the file. Throws Error(io) if the file cannot be
 // opened; every damage is a line of the report.
