@@ -31,7 +31,7 @@ PLACES = {
     ],
 }
 
-FROM_SPACE = ["--relief=6", "--sun=290,55"]  # slopes shaded steeper than they are, or none would show
+FROM_SPACE = ["--sun=290,55"]
 SKY = ["--background=142,176,214"]
 SKY_CEILING = 30e3  # metres: from above, the sky is black
 
