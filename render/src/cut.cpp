@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 
 #include "carat/globe/error.hpp"
 #include "cut_graph.hpp"
@@ -69,8 +70,15 @@ class Selection {
                 if (outcomes[k] == Outcome::demands) graph_.refine(*pending[k]->node);
                 if (outcomes[k] == Outcome::waits) waiting.push_back(pending[k]);
             }
+            check_limit();
             pending = graph_.take_new_halves();
         }
+    }
+
+    void check_limit() const {
+        if (graph_.refined() > kMaxRefined)
+            throw Error(ErrorCode::limit, "the view needs more than " + std::to_string(kMaxRefined) +
+                                              " diamonds refined; allow a greater error on screen");
     }
 
     Outcome judge(CutHalf& h) const {
@@ -83,7 +91,8 @@ class Selection {
         }
         if (h.heights.empty()) return Outcome::waits;
         const HalfRange range = half_range(h.heights, cells_, repository_.header().quantum);
-        const Outcome outcome = judge(h, half, range.min, range.max, leaf_delta(body_, half, range, cells_), 0);
+        const Outcome outcome =
+            judge(h, half, range.min, range.max, leaf_delta(body_, half, range, cells_), 0);
         return h.node->level < deepest_ ? outcome : Outcome::settled;
     }
 
@@ -94,7 +103,8 @@ class Selection {
         h.error = h.culled == Culled::none ? visibility_.screen_error(volume, delta + rounding_) : 0;
         if (h.error > threshold_) return Outcome::demands;
         if (spacing == 0 || h.culled != Culled::none) return Outcome::settled;
-        const double on_screen = visibility_.screen_spacing(volume, sample_spacing(body_, half.diamond, cells_));
+        const double on_screen =
+            visibility_.screen_spacing(volume, sample_spacing(body_, half.diamond, cells_));
         return on_screen > spacing ? Outcome::demands : Outcome::settled;
     }
 
@@ -194,6 +204,7 @@ double leaf_delta(const Ellipsoid& body, const Half& half, const HalfRange& rang
 
 Cut select_cut(const Repository& repository, const Visibility& visibility, double threshold, double spacing) {
     if (!(threshold > 0)) throw Error(ErrorCode::usage, "the threshold on screen must be positive");
+    if (!(spacing >= 0)) throw Error(ErrorCode::usage, "the spacing on screen must not be negative");
     const ReadCounters before = repository.counters();
     Cut cut = Selection(repository, visibility, threshold, spacing).run();
     cut.counters.read = difference(repository.counters(), before);

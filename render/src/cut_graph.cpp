@@ -36,6 +36,7 @@ void CutGraph::add_half(CutNode& n, int side, bool in_file) {
 void CutGraph::refine(CutNode& n) {
     if (n.refined) return;
     n.refined = true;
+    ++refined_;
     for (const int side : {0, 1})
         if (!n.halves[static_cast<std::size_t>(side)].exists) refine(node(*parent(n.id, side), n.level - 1));
     new_refined_.push_back(&n);

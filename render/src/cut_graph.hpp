@@ -52,6 +52,7 @@ class CutGraph {
     std::vector<CutHalf*> take_new_halves() { return std::exchange(new_halves_, {}); }
     std::vector<CutNode*> take_new_refined() { return std::exchange(new_refined_, {}); }
 
+    std::uint64_t refined() const { return refined_; }
     const std::unordered_map<DiamondId, std::unique_ptr<CutNode>, DiamondIdHash>& nodes() const {
         return nodes_;
     }
@@ -62,6 +63,7 @@ class CutGraph {
 
     const Repository& repository_;
     std::unordered_map<DiamondId, std::unique_ptr<CutNode>, DiamondIdHash> nodes_;
+    std::uint64_t refined_ = 0;
     std::vector<CutHalf*> new_halves_;
     std::vector<CutNode*> new_refined_;
 };

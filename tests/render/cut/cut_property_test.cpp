@@ -8,6 +8,7 @@
 #include <numbers>
 #include <set>
 
+#include "carat/globe/bounds.hpp"
 #include "carat/globe/error.hpp"
 #include "carat/render/draw_list.hpp"
 #include "render/cut/support.hpp"
@@ -191,6 +192,37 @@ TEST(Cut, DoesNotDependOnTheNumberOfThreads) {
         }
 }
 
+// With a spacing, the cut is finer, and no sample that the file could better lies further from the next on
+// screen.
+TEST(Cut, SpacingAsksForTheSamplesOfTheFile) {
+    std::uint64_t finer = 0, tested = 0;
+    for (const FakeRepository* repository : planets())
+        for (const NamedView& v : test_views(*repository, 6, 21)) {
+            SCOPED_TRACE(v.name);
+            const Visibility visibility = visibility_of(*repository, v.view, 20);
+            const Cut plain = select_cut(*repository, visibility, 20);
+            const Cut cut = select_cut(*repository, visibility, 20, 6);
+            EXPECT_TRUE(std::includes(cut.refined.begin(), cut.refined.end(), plain.refined.begin(),
+                                      plain.refined.end()));
+            finer += cut.refined.size() - plain.refined.size();
+            for (const FrontierHalf& f : cut.frontier) {
+                if (f.culled != Culled::none || !repository->refined(f.half.diamond)) continue;
+                const int cells = repository->header().cells();
+                const double spacing = sample_spacing(repository->body(), f.half.diamond, cells);
+                for (const auto& [r, c] :
+                     {std::pair{0, 0}, {cells, 0}, {cells, cells}, {cells / 2, cells / 4}}) {
+                    const Vec3 p = repository->surface_point(
+                        repository->leaf_at(f.half, lattice_vertex(f.half, cells, r, c)),
+                        lattice_vertex(f.half, cells, r, c));
+                    EXPECT_LE(v.view.focal_pixels() * spacing / norm(minus(p, v.view.eye())), 6 * (1 + 1e-9));
+                    ++tested;
+                }
+            }
+        }
+    EXPECT_GT(finer, 100u);
+    EXPECT_GT(tested, 100u);
+}
+
 TEST(Cut, CountersAddUp) {
     for (const FakeRepository* repository : planets())
         for (const NamedView& v : test_views(*repository, 6, 3)) {
@@ -205,10 +237,23 @@ TEST(Cut, CountersAddUp) {
         }
 }
 
+// A threshold that would fill any memory ends in an error, not in a crash.
+TEST(Cut, StopsAtItsLimit) {
+    ViewRequest request;
+    request.height = 1e4;
+    try {
+        converged_cut(plain_mars(), View(Ellipsoid::mars(), request), 1e-7);
+        FAIL() << "no error";
+    } catch (const Error& e) {
+        EXPECT_EQ(e.code(), ErrorCode::limit);
+    }
+}
+
 TEST(Cut, RefusesAThresholdThatNothingMeets) {
     const View view(Ellipsoid::earth(), ViewRequest{});
     EXPECT_THROW(converged_cut(rough_earth(), view, 0), Error);
     EXPECT_THROW(converged_cut(rough_earth(), view, -1), Error);
+    EXPECT_THROW(converged_cut(rough_earth(), view, 1, -1), Error);
     EXPECT_THROW(converged_cut(plain_mars(), view, 1), Error) << "a view of another body";
 }
 

@@ -43,8 +43,8 @@ class Visibility {
     // Upper bound, pixels, of the distance on screen between X and Y for any X on screen and |X - Y| <= delta
     // metres, both in the volume. Infinite if the volume comes as near to the eye's plane as delta.
     double screen_error(const HalfVolume& volume, double delta) const;
-    // Distance on screen, pixels, of samples `spacing` metres apart, face on, at the nearest point of the volume. An
-    // estimate for what is drawn *on* the surface, not a bound.
+    // Distance on screen, pixels, of samples `spacing` metres apart, face on, at the nearest point of the
+    // volume. An estimate for what is drawn *on* the surface, not a bound.
     double screen_spacing(const HalfVolume& volume, double spacing) const;
     // Metres by which the horizon's ellipsoid lies below the body's at the poles; more elsewhere.
     double horizon_depth() const { return horizon_depth_; }
