@@ -378,6 +378,7 @@ TEST(Repository, ConstantPlanetsAreAFewZeroPages) {
     plan.depth = 9;
     const MiniBuild b = build_mini(plan);
     EXPECT_EQ(b.refined.size(), 6u * 511);
+    std::cout << b.bytes.size() << " bytes\n";
     EXPECT_LT(b.bytes.size(), 800u);
 }
 
