@@ -61,8 +61,14 @@ void add_layer_options(CLI::App& sub, LayerArguments& layers) {
 void add_file_options(CLI::App& sub, Options& o) {
     BuildOptions& b = o.build;
     const char* group = "The file";
-    sub.add_option("-o,--output", o.output, "The .carat file to write")->required()->group(group);
-    sub.add_option("--tolerance", b.tolerance, "Greatest error at samples, metres")->required()->group(group);
+    sub.add_option("-o,--output", o.output, "The .carat file to write")
+        ->required()
+        ->type_name("OUT.carat")
+        ->group(group);
+    sub.add_option("--tolerance", b.tolerance, "Greatest error at samples")
+        ->required()
+        ->type_name("METRES")
+        ->group(group);
     add_value(sub, "--quantum", "METRES",
               "Unit of heights (default: a power of two, at most 2^-8 m and tolerance/8)",
               [&b](const std::string& text) { b.quantum = parse_number(text); })
@@ -73,17 +79,22 @@ void add_file_options(CLI::App& sub, Options& o) {
     sub.add_option("--vertical-datum", b.vertical_datum,
                    "What heights are above, to be recorded: ellipsoid, egm96, egm2008, areoid, ... (default "
                    "unstated)")
+        ->type_name("NAME")
         ->group(group);
-    sub.add_option("--base-height", b.base_height, "Height where no layer has data, metres (default 0)")
+    sub.add_option("--base-height", b.base_height, "Height where no layer has data (default 0)")
+        ->type_name("METRES")
         ->group(group);
     sub.add_option("--mode", o.mode, "0 interpolating (default), 1 filtered, 2 the C-BDAM paper's")
-        ->check(CLI::Range(0, 2))
+        ->type_name("MODE")
+        ->check(between(0, 2))
         ->group(group);
     sub.add_option("--depth-bias", b.depth_bias, "Levels added to what the data ask, or left out (default 0)")
-        ->check(CLI::Range(-20, 20))
+        ->type_name("LEVELS")
+        ->check(between(-20, 20))
         ->group(group);
     sub.add_option("--max-level", b.max_level, "No diamond of this level or deeper is refined (default 40)")
-        ->check(CLI::Range(0, 49))
+        ->type_name("LEVEL")
+        ->check(between(0, 49))
         ->group(group);
 }
 
@@ -91,7 +102,8 @@ void add_run_options(CLI::App& sub, Options& o) {
     BuildOptions& b = o.build;
     const char* group = "The run";
     sub.add_option("--threads", b.threads, "Threads (default: all)")
-        ->check(CLI::Range(1, 1024))
+        ->type_name("N")
+        ->check(between(1, 1024))
         ->group(group);
     add_value(sub, "--memory", "SIZE", "For decoded source blocks (default 1G)",
               [&b](const std::string& text) { b.memory_bytes = parse_size(text); })

@@ -176,7 +176,7 @@ void add_info(CLI::App& app, Globals& globals) {
     const auto o = std::make_shared<Options>();
     CLI::App& sub = *app.add_subcommand("info", "Say what a .carat file holds");
     sub.footer(kFooter);
-    sub.add_option("FILE", o->file, "A .carat file")->required();
+    sub.add_option("FILE", o->file, "A .carat file")->required()->type_name(" ");
     sub.add_flag("--json", o->json, "Print JSON");
     sub.add_flag("--header", o->header_only, "The header only: no pages are read");
     on_run(sub, globals, [o] { return run(*o); });

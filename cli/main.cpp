@@ -6,6 +6,7 @@
 
 #include <exception>
 #include <string>
+#include <vector>
 
 #include "carat/globe/error.hpp"
 #include "commands.hpp"
@@ -66,6 +67,17 @@ int run(const Globals& globals) {
     }
 }
 
+// What the user typed, last first, as CLI11 takes it; "-.5" becomes "-0.5", which it knows for a number.
+std::vector<std::string> arguments(int argc, char** argv) {
+    std::vector<std::string> out;
+    for (int k = argc - 1; k > 0; --k) {
+        std::string text = argv[k];
+        if (text.size() > 2 && text[0] == '-' && text[1] == '.') text.insert(1, 1, '0');
+        out.push_back(std::move(text));
+    }
+    return out;
+}
+
 int main(int argc, char** argv) {
     CLI::App app(kDescription, "carat");
     app.footer(kFooter);
@@ -73,20 +85,11 @@ int main(int argc, char** argv) {
     app.require_subcommand(0, 1);
     app.get_formatter()->column_width(34);
     Globals globals;
-    add_build(app, globals);
-    add_info(app, globals);
-    add_verify(app, globals);
-    add_query(app, globals);
-#ifdef CARAT_WITH_RENDER
-    add_render(app, globals);
-    add_fly(app, globals);
-#endif
-#ifdef CARAT_WITH_SYNTH
-    add_synth(app, globals);
-#endif
+    for (const auto add : {add_synth, add_build, add_info, add_verify, add_query, add_render, add_fly})
+        add(app, globals);
 
     try {
-        app.parse(argc, argv);
+        app.parse(arguments(argc, argv));
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
         return report(to_string(ErrorCode::usage), error.what(), kUsage);

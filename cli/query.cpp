@@ -184,9 +184,9 @@ void add_query(CLI::App& app, Globals& globals) {
     const auto o = std::make_shared<Options>();
     CLI::App& sub = *app.add_subcommand("query", "Heights at places, from arguments or CSV");
     sub.footer(kFooter);
-    sub.add_option("FILE", o->file, "A .carat file")->required();
-    sub.add_option("LAT", o->latitude, "Latitude, degrees");
-    sub.add_option("LON", o->longitude, "Longitude, degrees");
+    sub.add_option("FILE", o->file, "A .carat file")->required()->type_name(" ");
+    sub.add_option("LAT", o->latitude, "Latitude, degrees")->type_name(" ");
+    sub.add_option("LON", o->longitude, "Longitude, degrees")->type_name(" ");
     sub.add_option("--points", o->points, "CSV file with lines \"lat,lon\"; - is stdin")->type_name("CSV|-");
     sub.add_flag("--json", o->json, "Print JSON");
     sub.add_flag("--no-header", o->no_header, "CSV without the first line");

@@ -25,7 +25,7 @@ struct Options {
 
 constexpr const char* kFooter = R"(
 Reads and decodes the whole file and checks that
-  - every checksum fits, every page parses, and the bytes of the file are used once each;
+  - every checksum fits and every page parses;
   - both parents of every refined diamond are refined, and the header's counts are true;
   - every diamond decodes, and the heights that two parents give to a common edge are equal;
   - all heights lie within the summaries (least and greatest height) of every half that contains them.
@@ -37,6 +37,7 @@ Examples:
   carat verify --json earth.carat | jq .ok)";
 
 void print_text(const Options& o, const VerifyReport& r) {
+    for (const std::string& remark : r.remarks) fmt::print("remark: {}\n", remark);
     for (const std::string& damage : r.damage) fmt::print("{}\n", damage);
     if (r.damage_count > r.damage.size())
         fmt::print("and {} more\n", grouped(r.damage_count - r.damage.size()));
@@ -58,6 +59,7 @@ void print_json(const Options& o, const VerifyReport& r) {
                        {"ok", r.ok()},
                        {"damage", r.damage},
                        {"damage_count", r.damage_count},
+                       {"remarks", r.remarks},
                        {"file_bytes", r.census.file_bytes},
                        {"pages", r.census.pages},
                        {"diamonds", r.census.refined},
@@ -91,9 +93,11 @@ void add_verify(CLI::App& app, Globals& globals) {
     const auto o = std::make_shared<Options>();
     CLI::App& sub = *app.add_subcommand("verify", "Check that a .carat file is sound");
     sub.footer(kFooter);
-    sub.add_option("FILE", o->file, "A .carat file")->required();
+    sub.add_option("FILE", o->file, "A .carat file")->required()->type_name(" ");
     sub.add_flag("--json", o->json, "Print JSON");
-    sub.add_option("--threads", o->verify.threads, "Threads (default: all)")->check(CLI::Range(1, 256));
+    sub.add_option("--threads", o->verify.threads, "Threads (default: all)")
+        ->type_name("N")
+        ->check(between(1, 256));
     add_value(sub, "--memory", "SIZE", "For decoded diamonds (default 256M)",
               [o](const std::string& text) { o->verify.memory_bytes = parse_size(text); });
     on_run(sub, globals, [o, &globals] { return run(*o, globals); });

@@ -40,6 +40,12 @@ TEST_F(Query, OnePlaceFromArguments) {
     EXPECT_EQ(row[5], "measured");
 }
 
+TEST_F(Query, NegativePlacesAreNotOptions) {
+    EXPECT_TRUE(contains(carat("query --no-header a.carat -.5 -.25").out, "-0.5,-0.25,-"));
+    EXPECT_TRUE(contains(carat("query --no-header a.carat -1e1 -7").out, "-1e1,-7,-1000") ||
+                contains(carat("query --no-header a.carat -1e1 -7").out, "-1e1,-7,-999"));
+}
+
 TEST_F(Query, BoundIsTheToleranceAtASampleAndEmptyElsewhere) {
     // The middle of a face is a sample; a place with no short binary fraction is none.
     EXPECT_EQ(split(split(carat("query a.carat 0 0").out, '\n').at(1), ',').at(4), "0.5");

@@ -115,11 +115,11 @@ TEST_F(Render, StatisticsAreJson) {
 TEST_F(Render, ASmallerErrorDrawsMore) {
     CARAT_NEEDS_VULKAN();
     const auto triangles = [&](const std::string& error) {
-        EXPECT_EQ(
-            carat("render a.carat --eye 30,60,5e5 --size 64x48 --overwrite --stats s.json -o a.png --error " +
-                  error)
-                .exit,
-            0);
+        EXPECT_EQ(carat("render a.carat --eye 30,60,5e5 --size 64x48 --spacing 0 --overwrite --stats s.json "
+                        "-o a.png --error " +
+                        error)
+                      .exit,
+                  0);
         return nlohmann::json::parse(contents(path("s.json"))).at("triangles").get<std::uint64_t>();
     };
     EXPECT_LT(triangles("4"), triangles("0.02"));
