@@ -48,7 +48,52 @@ Vec3 drawn_point(const PatchMesh& mesh, const Place& place, int cells, double un
     return p;
 }
 
+// True if the ray (x, y, 1) of the screen's axes meets a triangle of the patch. A triangle before the eye is
+// met if the ray passes its three sides on one side; sides that patches share give both the same sign.
+bool ray_meets(const PatchMesh& mesh, const View& view, double x, double y, int cells) {
+    std::vector<Vec3> v;
+    v.reserve(mesh.vertices.size());
+    for (const PatchVertex& vertex : mesh.vertices) {
+        Vec3 p{};
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            p[axis] = view.unit() * static_cast<double>(mesh.anchor[axis] + vertex.offset[axis] -
+                                                        view.camera().eye[axis]) +
+                      view.eye()[axis];
+        const Vec3 s = view.to_screen_axes(p);
+        v.push_back({s[0] - x * s[2], s[1] - y * s[2], s[2]});  // sheared: the ray is the z axis
+    }
+    for (const auto& t : half_triangles(mesh.half.side, cells)) {
+        const Vec3 &p = v[t[0]], &q = v[t[1]], &r = v[t[2]];
+        const double pq = p[0] * q[1] - p[1] * q[0], qr = q[0] * r[1] - q[1] * r[0],
+                     rp = r[0] * p[1] - r[1] * p[0];
+        const bool inside = (pq >= 0 && qr >= 0 && rp >= 0) || (pq <= 0 && qr <= 0 && rp <= 0);
+        if (!inside || pq + qr + rp == 0) continue;
+        if ((qr * p[2] + rp * q[2] + pq * r[2]) / (pq + qr + rp) > 0) return true;
+    }
+    return false;
+}
+
 }  // namespace
+
+std::uint64_t expect_no_hole(const Ellipsoid& body, double scale, const View& view, const DrawList& list,
+                             int cells, std::mt19937_64& generator) {
+    std::uniform_real_distribution<double> unit(-1, 1);
+    std::uint64_t met = 0;
+    for (int k = 0; k < 40; ++k) {
+        const double x = unit(generator) * view.tan_x(), y = unit(generator) * view.tan_y();
+        const Camera& camera = view.camera();
+        Vec3 far{};
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            far[axis] = view.eye()[axis] +
+                        1e9 * (camera.forward[axis] + x * camera.right[axis] + y * camera.up[axis]);
+        if (!hidden(body, scale, view.eye(), far)) continue;
+        ++met;
+        EXPECT_TRUE(std::any_of(list.meshes.begin(), list.meshes.end(),
+                                [&](const auto& mesh) { return ray_meets(*mesh, view, x, y, cells); }))
+            << "a ray through " << x / view.tan_x() << ", " << y / view.tan_y() << " misses everything";
+    }
+    return met;
+}
 
 LatticePoint lattice_vertex(const Half& half, int cells, int r, int c) {
     const HalfFrame f = half_frame(half, cells);

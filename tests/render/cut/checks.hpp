@@ -38,6 +38,10 @@ void expect_true_errors(const TrueSurface& surface, const View& view, const Cut&
 void expect_culled_unseen(const TrueSurface& surface, const View& view, const Cut& cut,
                           std::mt19937_64& generator, std::array<int, 3>& counted);
 
+// Random rays of the screen that meet the body scaled by `scale` meet a drawn triangle. Returns how many did.
+std::uint64_t expect_no_hole(const Ellipsoid& body, double scale, const View& view, const DrawList& list,
+                             int cells, std::mt19937_64& generator);
+
 // A random lattice point of a half, and where it is in the half's grid.
 struct Place {
     LatticePoint point;

@@ -147,8 +147,10 @@ void FakeRepository::summarise_all() {
         for (const int side : {0, 1})
             if (p.has_half[static_cast<std::size_t>(side)])
                 summaries_[{d, side}] = {kInfinity, -kInfinity, 0};
-    for (const auto& [d, p] : heights_)
+    for (const auto& [diamond, heights] : heights_)
         for (const int side : {0, 1}) {
+            const DiamondId d = diamond;  // clang 14 captures no structured bindings
+            const Heights& p = heights;
             if (!p.has_half[static_cast<std::size_t>(side)]) continue;
             std::int32_t low = std::numeric_limits<std::int32_t>::max(), high = -low;
             visit_vertices(side, header_.cells(), [&](int i, int j) {

@@ -37,6 +37,25 @@ TEST(Visibility, ScreenErrorBoundsWhatIsSeen) {
     EXPECT_GT(seen.closest, 0.3) << "the bound is lazy";
 }
 
+// What is drawn closes the view: no ray that meets the ellipsoid behind which halves are culled slips
+// through.
+TEST(Visibility, NoRayThatMeetsTheLoweredBodyMissesTheDrawn) {
+    std::mt19937_64 generator(8);
+    std::uint64_t met = 0;
+    for (const FakeRepository* repository : planets())
+        for (const double threshold : {1.0, 5.0, 25.0})
+            for (const NamedView& v : test_views(*repository, 60, 17)) {
+                SCOPED_TRACE(v.name + ", " + std::to_string(threshold) + " pixels");
+                const double depth = visibility_of(*repository, v.view, threshold).horizon_depth();
+                if (depth >= repository->body().b())
+                    continue;  // from so far, so coarse: nothing is lowered to a point
+                met += expect_no_hole(repository->body(), 1 - depth / repository->body().b(), v.view,
+                                      converged_cut(*repository, v.view, threshold),
+                                      repository->header().cells(), generator);
+            }
+    EXPECT_GT(met, 5000u);
+}
+
 // The formula itself against random pairs within delta of each other in a ball.
 TEST(Visibility, ScreenErrorHoldsForAnyPairInTheVolume) {
     std::mt19937_64 generator(5);
