@@ -5,10 +5,12 @@
 layout(std430, set = 0, binding = kBindFrame) readonly buffer Frame { FrameData frame; };
 #include "surface.glsl"
 
-layout(location = 0) in vec3 in_relative;
-layout(location = 1) in vec3 in_normal;
-layout(location = 2) in vec3 in_up;
-layout(location = 3) in float in_height;
+// At a covered sample, not at a pixel centre that a triangle smaller than a pixel may miss by a multiple of its size. With one
+// sample a pixel both are the same.
+layout(location = 0) centroid in vec3 in_relative;
+layout(location = 1) centroid in vec3 in_normal;
+layout(location = 2) centroid in vec3 in_up;
+layout(location = 3) centroid in float in_height;
 layout(location = 4) flat in uvec2 in_patch;
 
 #ifdef CARAT_COLOUR

@@ -2,7 +2,9 @@
 
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -53,11 +55,16 @@ OIIO::ImageSpec specification(const Picture& p, bool exr, PixelType type) {
 std::vector<std::uint8_t> encoded(const Picture& p) {
     std::vector<std::uint8_t> bytes(p.values.size());
     const std::size_t channels = p.channels.size();
-    for (std::size_t i = 0; i < bytes.size(); ++i) {
-        const float v = p.values[i];
-        const float e = p.channels[i % channels] == "A" ? std::min(std::max(v, 0.0f), 1.0f) : srgb_encode(v);
-        bytes[i] = static_cast<std::uint8_t>(std::lround(e * 255.0f));
-    }
+    const auto alpha = std::find(p.channels.begin(), p.channels.end(), "A") - p.channels.begin();
+    const auto rows = static_cast<std::size_t>(p.height), row = bytes.size() / rows;
+    tbb::parallel_for(std::size_t{0}, rows, [&](std::size_t y) {
+        for (std::size_t i = y * row; i < (y + 1) * row; ++i) {
+            const bool coverage = i % channels == static_cast<std::size_t>(alpha);
+            const float v = p.values[i];
+            const float e = coverage ? std::min(std::max(v, 0.0f), 1.0f) : srgb_encode(v);
+            bytes[i] = static_cast<std::uint8_t>(std::lround(e * 255.0f));
+        }
+    });
     return bytes;
 }
 
