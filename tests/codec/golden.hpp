@@ -11,7 +11,8 @@ struct Golden {
     std::uint64_t heights;  // hash_heights() of walk.hpp
 };
 
-inline constexpr std::array<Golden, 4> kGolden{{
+inline constexpr std::array<Golden, 5> kGolden{{
+    {"example.carat", 0x57E3BA6755BDC5C3u},
     {"mixed_modes.carat", 0xD460C7E3440ECB84u},
     {"paper.carat", 0xCA845F6519C45D07u},
     {"deep_patch.carat", 0xC121181BEAD6061Eu},

@@ -40,7 +40,20 @@ MiniPlan plan_of(const std::string& file) {
     p.source = fractal(700 * 256, 28, 12);
     p.log2_cells = 3;
     p.tolerance = 30;
-    if (file == "mixed_modes.carat") {
+    if (file == "example.carat") {  // docs/format.md, section 14
+        p.log2_cells = 2;
+        p.depth = 1;
+        p.quantum = 0.125;
+        p.tolerance = 1;
+        p.refine = [](DiamondId d) { return d.face() == 0; };
+        p.body = Ellipsoid::moon();
+        p.vertical_datum = "unstated";
+        p.provenance = "{}";
+        const std::int32_t quarter = 1 << 28;  // the centre of cell (2, 2) of face 0
+        p.source = [quarter](const LatticePoint& q) {
+            return q == LatticePoint{1 << 30, quarter, quarter} ? 150 : 0;
+        };
+    } else if (file == "mixed_modes.carat") {
         p.depth = 4;
         p.mode = any_mode;
     } else if (file == "paper.carat") {
