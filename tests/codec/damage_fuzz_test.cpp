@@ -103,6 +103,20 @@ TEST(Damage, TruncationAtEveryLengthIsRefused) {
     }
 }
 
+// The same with a header that owns up to the new length, and right checksums: the directory is missing then.
+TEST(Damage, TruncationThatTheHeaderKnowsOfIsRefused) {
+    const Bytes whole = build_mini(small_plan()).bytes;
+    for (std::size_t length = 0; length < whole.size(); ++length) {
+        Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
+        for (std::size_t k = 0; k < 8 && 16 + k < length; ++k)
+            cut[16 + k] = static_cast<std::byte>(length >> (8 * k));
+        repair_checksums(cut);
+        const Outcome o = read(cut);
+        ASSERT_TRUE(o.refused == "truncated" || o.refused == "corrupt")
+            << length << ": " << o.refused << o.message;
+    }
+}
+
 TEST(Damage, BytesAfterTheEndAreRefused) {
     Bytes longer = build_mini(small_plan()).bytes;
     longer.push_back(std::byte{0});

@@ -13,6 +13,7 @@
 
 #include "carat/codec/byte_source.hpp"
 #include "carat/codec/surface.hpp"
+#include "carat/codec/verify.hpp"
 #include "mini_builder.hpp"
 #include "slow_reader.hpp"
 #include "walk.hpp"
@@ -49,8 +50,8 @@ MiniPlan plan_of(const std::string& file) {
         p.body = Ellipsoid::moon();
         p.vertical_datum = "unstated";
         p.provenance = "{}";
-        const std::int32_t quarter = 1 << 28;  // the centre of cell (2, 2) of face 0
-        p.source = [quarter](const LatticePoint& q) {
+        constexpr std::int32_t quarter = 1 << 28;  // the centre of cell (2, 2) of face 0
+        p.source = [](const LatticePoint& q) {
             return q == LatticePoint{1 << 30, quarter, quarter} ? 150 : 0;
         };
     } else if (file == "mixed_modes.carat") {
@@ -84,6 +85,15 @@ MiniPlan plan_of(const std::string& file) {
 TEST(Golden, HeightsAreThePinnedOnes) {
     for (const Golden& g : kGolden)
         EXPECT_EQ(hash_heights(Repository::open(kFolder / g.file)), g.heights) << g.file;
+}
+
+TEST(Golden, VerifyFindsNoDamage) {
+    for (const Golden& g : kGolden) {
+        const VerifyReport report = verify_file(kFolder / g.file);
+        EXPECT_TRUE(report.ok()) << g.file << ": " << (report.damage.empty() ? "" : report.damage.front());
+        EXPECT_EQ(report.census.refined, Repository::open(kFolder / g.file)->header().refined_diamonds)
+            << g.file;
+    }
 }
 
 TEST(Golden, HeightsAreThePinnedOnesFromManyThreads) {
