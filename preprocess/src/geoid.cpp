@@ -32,7 +32,7 @@ class RasterGeoid final : public Geoid {
              std::span<std::uint8_t> valid) const override {
         std::vector<double> geoid(heights.size());
         std::vector<std::uint8_t> there(heights.size());
-        layer_->sample(lat, lon, Cap{}, geoid, there);
+        layer_->sample(lat, lon, Cap{}, geoid, there, {});
         for (std::size_t i = 0; i < heights.size(); ++i) {
             heights[i] += geoid[i];
             valid[i] = there[i] != 0 ? valid[i] : 0;

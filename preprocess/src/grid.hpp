@@ -32,8 +32,10 @@ class Grid {
   public:
     // Parts in priority order; all have the same type, scale and offset. Reads everything that may contain
     // holes, in parallel. `key` is unique among the grids of a cache.
-    Grid(Frame frame, std::vector<GridPart> parts, const Ellipsoid& body, TileCache& cache,
+    // feather: in samples, 0 to kMaxFeather.
+    Grid(Frame frame, std::vector<GridPart> parts, const Ellipsoid& body, double feather, TileCache& cache,
          std::uint64_t key);
+    static constexpr double kMaxFeather = 64;
 
     const Frame& frame() const { return frame_; }
     SampleType type() const { return parts_.front().file->header().type; }
@@ -47,13 +49,20 @@ class Grid {
     void sample(std::span<const double> lat, std::span<const double> lon, Resampling resampling,
                 std::span<double> heights, std::span<std::uint8_t> valid) const;
 
+    // Weights 0..1 at places (at most kChunk) that are valid, by the rule for feathers in source.hpp; 1
+    // elsewhere.
+    void weigh(std::span<const double> lat, std::span<const double> lon, std::span<const std::uint8_t> valid,
+               std::span<double> weights) const;
+
     // Samples within the box, in pixel coordinates, that holds the given places, plus a margin. The places
     // (at most 16) are those of a region of less than about 6 degrees: its corners, the middles of its sides
     // and, last, its middle; cap contains the region.
     Coverage cover(std::span<const Vec3> places, const Cap& cap) const;
 
-    // The tile that contains sample (x, y) of the grid.
+    // The tile that contains sample (x, y) of the grid; distances of its pixels' corners to holes.
     TilePtr tile_at(std::int64_t x, std::int64_t y) const;
+    TilePtr distances_at(std::int64_t x, std::int64_t y) const;
+    double feather() const { return feather_; }
     // Mean of the valid samples of the row that stands for a pole, in the samples' own unit; nothing if there
     // is none.
     const std::optional<double>& top_mean() const { return top_mean_; }
@@ -79,6 +88,9 @@ class Grid {
     std::span<const std::uint32_t> parts_of(TileIndex t) const;
     TilePtr load(TileIndex t) const;
     TilePtr tile(TileIndex t) const;
+    TilePtr load_distances(TileIndex t) const;
+    std::vector<std::uint8_t> validity(const PixelWindow& window) const;
+    bool far_from_holes(const PixelWindow& window) const;
     bool certainly_full(TileIndex t) const;
     std::vector<std::uint8_t> covered_by_parts(const PixelWindow& window) const;
 
@@ -90,6 +102,7 @@ class Grid {
 
     Frame frame_;
     std::vector<GridPart> parts_;
+    double feather_;
     TileCache& cache_;
     std::uint64_t key_;
     Cap cap_;

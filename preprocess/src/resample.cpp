@@ -4,12 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "blend.hpp"
 #include "grid.hpp"
 
 namespace carat {
 namespace {
-
-constexpr std::size_t kChunk = 512;
 
 // The sample row or column nearest to x, of the two around it: 0 or 1; ties to the greater.
 int nearer(double fraction) { return fraction >= 0.5 ? 1 : 0; }

@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 
+#include "blend.hpp"
 #include "cap.hpp"
 #include "carat/globe/bounds.hpp"
 #include "carat/globe/error.hpp"
@@ -16,7 +17,6 @@
 namespace carat {
 namespace {
 
-constexpr std::size_t kChunk = 512;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kSmallHalfLevel = 10;  // halves from this level on span less than 5 degrees
 constexpr int kMoreLevels = 6;       // halves an eighth as long show where a higher layer ends
@@ -34,13 +34,23 @@ Cap cap_of_half(const Half& half) {
     return {cone.axis, std::atan2(cone.sin_angle, cone.cos_angle)};
 }
 
+// GDAL's block cache serves files whose blocks straddle our tiles (strips); it is one for the whole process.
+void limit_gdal_cache(std::size_t bytes) {
+    constexpr std::size_t kLeast = std::size_t{64} << 20;
+    const auto limit = static_cast<GIntBig>(std::max(bytes, kLeast));
+    if (GDALGetCacheMax64() > limit) GDALSetCacheMax64(limit);
+}
+
 }  // namespace
 
 struct SourceStack::State {
     State(const Ellipsoid& b, double height, std::size_t cache_bytes)
-        : body(b), base_height(height), cache(cache_bytes) {}
+        : body(b), base_height(height), cache(cache_bytes / 4 * 3) {}
 
-    void sample_chunk(std::span<const Vec3> n, std::span<double> heights, std::span<std::int8_t> layer) const;
+    void sample_chunk(std::span<const Vec3> n, std::span<double> heights, std::span<std::int8_t> layer,
+                      std::span<double> weights) const;
+    void add_base(const Blend& blend, std::span<const double> lat, std::span<const double> lon,
+                  std::span<const std::size_t> index, std::span<double> heights) const;
     double finest(const Half& half) const;
     double finest_in_small(const Half& half, int more_levels) const;
     bool may_meet(const Cap& cap) const;
@@ -80,6 +90,7 @@ SourceStack::SourceStack(const std::vector<LayerOptions>& layers, const Ellipsoi
                     std::to_string(layers.size()) + " layers, more than " + std::to_string(kMaxLayers));
     if (!std::isfinite(base_height)) throw Error(ErrorCode::usage, "the base height is not finite");
     initialise_gdal();
+    limit_gdal_cache(cache_bytes / 4);
     State& s = *state_;
     for (const LayerOptions& options : layers) {
         const std::uint64_t key = s.layers.size() * kKeysPerLayer;
@@ -94,43 +105,55 @@ SourceStack& SourceStack::operator=(SourceStack&&) noexcept = default;
 
 // --- heights ---
 
+// Every layer is asked for the places that no layer before it has closed.
 void SourceStack::State::sample_chunk(std::span<const Vec3> n, std::span<double> heights,
-                                      std::span<std::int8_t> layer) const {
-    std::array<double, kChunk> lat, lon, found;
+                                      std::span<std::int8_t> layer, std::span<double> weights) const {
+    std::size_t open = n.size();
+    Blend blend(open);
+    std::array<double, kChunk> lat, lon, found, weight;
     std::array<std::uint8_t, kChunk> valid;
     std::array<std::size_t, kChunk> index;
-    std::size_t missing = n.size();
-    to_degrees(n, std::span(lat).first(missing), std::span(lon).first(missing));
-    for (std::size_t i = 0; i < missing; ++i) index[i] = i;
+    std::array<std::int8_t, kChunk> winner;
+    to_degrees(n, std::span(lat).first(open), std::span(lon).first(open));
+    for (std::size_t i = 0; i < open; ++i) index[i] = i;
     const Cap cap = cap_of(n);
-    for (std::size_t k = 0; k < layers.size() && missing > 0; ++k) {
+    for (std::size_t k = 0; k < layers.size() && open > 0; ++k) {
         if (!layers[k]->may_meet(cap)) continue;
-        layers[k]->sample(std::span<const double>(lat).first(missing),
-                          std::span<const double>(lon).first(missing), cap, std::span(found).first(missing),
-                          std::span(valid).first(missing));
+        const bool weighed = k + 1 < layers.size();
+        layers[k]->sample({lat.data(), open}, {lon.data(), open}, cap, {found.data(), open},
+                          {valid.data(), open}, std::span(weight).first(weighed ? open : 0));
         std::size_t left = 0;
-        for (std::size_t i = 0; i < missing; ++i) {
+        for (std::size_t i = 0; i < open; ++i) {
             if (valid[i] != 0) {
-                heights[index[i]] = found[i];
-                if (!layer.empty()) layer[index[i]] = static_cast<std::int8_t>(k);
-                continue;
+                if (!blend.any(index[i])) winner[index[i]] = static_cast<std::int8_t>(k);
+                blend.add(index[i], found[i], weighed ? weight[i] : 1);
+                if (blend.closed(index[i])) continue;
             }
             index[left] = index[i];
             lat[left] = lat[i];
             lon[left++] = lon[i];
         }
-        missing = left;
+        open = left;
     }
-    if (missing == 0) return;
-    std::fill_n(found.begin(), missing, base_height);
-    std::fill_n(valid.begin(), missing, std::uint8_t{1});
-    if (!layers.empty() && layers.back()->geoid() != nullptr)
-        layers.back()->geoid()->add(std::span<const double>(lat).first(missing),
-                                    std::span<const double>(lon).first(missing),
-                                    std::span(found).first(missing), std::span(valid).first(missing));
-    for (std::size_t i = 0; i < missing; ++i) {
-        heights[index[i]] = found[i];
-        if (!layer.empty()) layer[index[i]] = kBaseLayer;
+    add_base(blend, {lat.data(), open}, {lon.data(), open}, {index.data(), open}, heights);
+    for (std::size_t i = 0; i < n.size(); ++i) {
+        if (blend.any(i)) heights[i] = blend.height(i);
+        if (!layer.empty()) layer[i] = blend.any(i) ? winner[i] : kBaseLayer;
+        if (!weights.empty()) weights[i] = blend.any(i) ? blend.first_share(i) : 1;
+    }
+}
+
+// The base height where no layer has one.
+void SourceStack::State::add_base(const Blend& blend, std::span<const double> lat,
+                                  std::span<const double> lon, std::span<const std::size_t> index,
+                                  std::span<double> heights) const {
+    const Geoid* geoid = layers.empty() ? nullptr : layers.back()->geoid();
+    for (std::size_t k = 0; k < index.size(); ++k) {
+        if (blend.any(index[k])) continue;
+        double height = base_height;
+        std::uint8_t valid = 1;
+        if (geoid != nullptr) geoid->add(lat.subspan(k, 1), lon.subspan(k, 1), {&height, 1}, {&valid, 1});
+        heights[index[k]] = height;
     }
 }
 
@@ -141,15 +164,15 @@ void SourceStack::sample(std::span<const Vec3> n, std::span<double> heights,
     for (std::size_t start = 0; start < n.size(); start += kChunk) {
         const std::size_t count = std::min(kChunk, n.size() - start);
         state_->sample_chunk(n.subspan(start, count), heights.subspan(start, count),
-                             layer.empty() ? layer : layer.subspan(start, count));
+                             layer.empty() ? layer : layer.subspan(start, count), {});
     }
 }
 
 SourceStack::Value SourceStack::sample(const Vec3& n) const {
-    double height = 0;
+    double height = 0, weight = 1;
     std::int8_t layer = kBaseLayer;
-    sample({&n, 1}, {&height, 1}, {&layer, 1});
-    return {height, layer};
+    state_->sample_chunk({&n, 1}, {&height, 1}, {&layer, 1}, {&weight, 1});
+    return {height, layer, weight};
 }
 
 // --- spacing ---

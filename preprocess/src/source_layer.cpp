@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "blend.hpp"
 #include "carat/globe/error.hpp"
 #include "content_hash.hpp"
 #include "placement.hpp"
@@ -13,7 +14,6 @@
 namespace carat {
 namespace {
 
-constexpr std::size_t kChunk = 512;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::vector<std::unique_ptr<RasterFile>> open_files(const LayerOptions& options, HandlePool& handles,
@@ -25,6 +25,22 @@ std::vector<std::unique_ptr<RasterFile>> open_files(const LayerOptions& options,
     for (const std::string& path : options.files)
         files.push_back(RasterFile::open(path, options, handles, warnings));
     return files;
+}
+
+// The feather of a grid in samples.
+double feather_samples(const LayerOptions& options, const Frame& frame, const Ellipsoid& body,
+                       const std::string& path, std::vector<std::string>& warnings) {
+    constexpr double kDefault = 4;
+    if (!options.feather) return kDefault;
+    if (!(*options.feather >= 0)) throw Error(ErrorCode::usage, path + ": the feather is negative");
+    const double spacing =
+        frame.spacing(body, static_cast<double>(frame.width()) / 2, static_cast<double>(frame.height()) / 2)
+            .value_or(kInfinity);
+    const double samples = *options.feather / spacing;
+    if (samples <= Grid::kMaxFeather) return samples;
+    warnings.push_back(path + ": the feather of " + std::to_string(*options.feather) + " m is cut to " +
+                       std::to_string(Grid::kMaxFeather * spacing) + " m, 64 samples");
+    return Grid::kMaxFeather;
 }
 
 FileInfo describe(const PlacedFile& placed, const Ellipsoid& body) {
@@ -73,9 +89,10 @@ SourceLayer::SourceLayer(const LayerOptions& options, const Ellipsoid& body, Han
                                           std::to_string(plans.size()) + " separate grids, more than " +
                                           std::to_string(kKeysPerLayer - 1));
     for (GridPlan& plan : plans) {
-        Frame frame(plan.crs, plan.transform, plan.width, plan.height,
-                    plan.parts.front().file->header().path);
-        grids_.push_back(std::make_unique<Grid>(std::move(frame), std::move(plan.parts), body, cache,
+        const std::string& path = plan.parts.front().file->header().path;
+        Frame frame(plan.crs, plan.transform, plan.width, plan.height, path);
+        const double feather = feather_samples(options, frame, body, path, warnings);
+        grids_.push_back(std::make_unique<Grid>(std::move(frame), std::move(plan.parts), body, feather, cache,
                                                 key + grids_.size()));
         info_.samples += grids_.back()->samples();
         info_.valid_samples += grids_.back()->valid_samples();
@@ -85,46 +102,51 @@ SourceLayer::SourceLayer(const LayerOptions& options, const Ellipsoid& body, Han
                              warnings);
 }
 
-void SourceLayer::sample_grids(std::span<const double> lat, std::span<const double> lon, const Cap& cap,
-                               std::span<double> heights, std::span<std::uint8_t> valid) const {
-    std::fill(valid.begin(), valid.end(), std::uint8_t{0});
-    std::size_t missing = lat.size();
+// Every grid is asked for the places that no grid before it has closed.
+void SourceLayer::sample_chunk(std::span<const double> lat, std::span<const double> lon, const Cap& cap,
+                               std::span<double> heights, std::span<std::uint8_t> valid,
+                               std::span<double> weights) const {
+    std::size_t open = lat.size();
+    Blend blend(open);
     std::array<std::size_t, kChunk> index;
-    std::array<double, kChunk> some_lat, some_lon, some_heights;
-    std::array<std::uint8_t, kChunk> some_valid;
-    for (const auto& grid : grids_) {
-        if (missing == 0) return;
-        if (!meet(grid->cap(), cap)) continue;
-        if (missing == lat.size()) {  // the common case: nothing found yet
-            grid->sample(lat, lon, resampling_, heights, valid);
-        } else {
-            std::size_t n = 0;
-            for (std::size_t i = 0; i < lat.size(); ++i) {
-                if (valid[i] != 0) continue;
-                index[n] = i;
-                some_lat[n] = lat[i];
-                some_lon[n] = lon[i];
-                ++n;
-            }
-            grid->sample(std::span(some_lat).first(n), std::span(some_lon).first(n), resampling_,
-                         std::span(some_heights).first(n), std::span(some_valid).first(n));
-            for (std::size_t k = 0; k < n; ++k) {
-                if (some_valid[k] == 0) continue;
-                heights[index[k]] = some_heights[k];
-                valid[index[k]] = 1;
-            }
+    std::array<double, kChunk> open_lat, open_lon, found, weight;
+    std::array<std::uint8_t, kChunk> there;
+    std::copy(lat.begin(), lat.end(), open_lat.begin());
+    std::copy(lon.begin(), lon.end(), open_lon.begin());
+    for (std::size_t i = 0; i < open; ++i) index[i] = i;
+    for (std::size_t g = 0; g < grids_.size() && open > 0; ++g) {
+        const Grid& grid = *grids_[g];
+        if (!meet(grid.cap(), cap)) continue;
+        const std::span<const double> la(open_lat.data(), open), lo(open_lon.data(), open);
+        const std::span<std::uint8_t> hit(there.data(), open);
+        grid.sample(la, lo, resampling_, std::span(found).first(open), hit);
+        const bool weighed = !weights.empty() || g + 1 < grids_.size();
+        if (weighed) grid.weigh(la, lo, hit, std::span(weight).first(open));
+        std::size_t left = 0;
+        for (std::size_t i = 0; i < open; ++i) {
+            if (hit[i] != 0) blend.add(index[i], found[i], weighed ? weight[i] : 1);
+            if (blend.closed(index[i])) continue;
+            index[left] = index[i];
+            open_lat[left] = open_lat[i];
+            open_lon[left++] = open_lon[i];
         }
-        missing = static_cast<std::size_t>(std::count(valid.begin(), valid.end(), std::uint8_t{0}));
+        open = left;
     }
+    for (std::size_t i = 0; i < lat.size(); ++i) {
+        valid[i] = blend.any(i) ? 1 : 0;
+        heights[i] = blend.any(i) ? blend.height(i) : 0;
+        if (!weights.empty()) weights[i] = blend.weight(i);
+    }
+    if (geoid_) geoid_->add(lat, lon, heights, valid);
 }
 
 void SourceLayer::sample(std::span<const double> lat, std::span<const double> lon, const Cap& cap,
-                         std::span<double> heights, std::span<std::uint8_t> valid) const {
+                         std::span<double> heights, std::span<std::uint8_t> valid,
+                         std::span<double> weights) const {
     for (std::size_t start = 0; start < lat.size(); start += kChunk) {
         const std::size_t n = std::min(kChunk, lat.size() - start);
-        const auto part = [&](auto span) { return span.subspan(start, n); };
-        sample_grids(part(lat), part(lon), cap, part(heights), part(valid));
-        if (geoid_) geoid_->add(part(lat), part(lon), part(heights), part(valid));
+        const auto part = [&](auto span) { return span.empty() ? span : span.subspan(start, n); };
+        sample_chunk(part(lat), part(lon), cap, part(heights), part(valid), part(weights));
     }
 }
 

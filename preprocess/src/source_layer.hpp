@@ -24,9 +24,10 @@ class SourceLayer {
     SourceLayer(const LayerOptions& options, const Ellipsoid& body, HandlePool& handles, TileCache& cache,
                 std::uint64_t key, std::vector<std::string>& warnings);
 
-    // Heights at places in degrees, all inside cap, and 1 or 0 for a hole; geoid included.
+    // Heights at places in degrees, all inside cap, and 1 or 0 for a hole; geoid included. With weights (not
+    // empty), also by how much the layer covers what lies below it, 0..1.
     void sample(std::span<const double> lat, std::span<const double> lon, const Cap& cap,
-                std::span<double> heights, std::span<std::uint8_t> valid) const;
+                std::span<double> heights, std::span<std::uint8_t> valid, std::span<double> weights) const;
     // As Grid::cover, over all grids.
     Coverage cover(std::span<const Vec3> places, const Cap& cap) const;
     bool may_meet(const Cap& cap) const;
@@ -35,8 +36,9 @@ class SourceLayer {
     const LayerInfo& info() const { return info_; }
 
   private:
-    void sample_grids(std::span<const double> lat, std::span<const double> lon, const Cap& cap,
-                      std::span<double> heights, std::span<std::uint8_t> valid) const;
+    void sample_chunk(std::span<const double> lat, std::span<const double> lon, const Cap& cap,
+                      std::span<double> heights, std::span<std::uint8_t> valid,
+                      std::span<double> weights) const;
 
     Resampling resampling_;
     std::vector<std::unique_ptr<RasterFile>> files_;

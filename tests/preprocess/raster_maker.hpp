@@ -106,6 +106,7 @@ inline LayerOptions layer_of(const std::string& path, Resampling resampling = Re
     LayerOptions options;
     options.files = {path};
     options.resampling = resampling;
+    options.feather = 0;
     return options;
 }
 

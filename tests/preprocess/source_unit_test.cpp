@@ -137,8 +137,10 @@ TEST(SourceUnit, FirstFileAndFirstLayerWin) {
         return write_raster(folder.file(name), s, [=](double, double) { return height; });
     };
     LayerOptions two;
+    two.feather = 0;
     two.files = {file("a.tif", 1, 0), file("b.tif", 2, 4.3)};  // not on one grid
     LayerOptions one;
+    one.feather = 0;
     one.files = {file("c.tif", 3, 4)};
     const SourceStack ab_c = stack_of({two, one}), c_ab = stack_of({one, two});
     EXPECT_EQ(ab_c.sample(pixel(2, 2)).height, 1);

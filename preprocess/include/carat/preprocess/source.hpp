@@ -1,33 +1,33 @@
 // Source heights: layers of rasters in priority order, then a base height.
 //
 //   place     a geodetic normal n of the body (globe: n-vector). Earth: geodetic latitude and longitude of
-//   WGS 84, and
-//             rasters on another datum go through PROJ. Other bodies: a raster's own geodetic latitude and
-//             longitude are the body's (see LatitudeKind). A CRS of another body (semi-axis off by > 1 %) is
-//             an Error(usage).
+//             WGS 84; rasters on another datum go through PROJ. Other bodies: a raster's own geodetic
+//             latitude and longitude are the body's (see LatitudeKind). A CRS of another body (semi-axis off
+//             by more than 1 %) is an Error(usage).
 //   samples   pixel-is-area: a sample lies at the centre of its pixel; a raster is valid to the outer edges
-//   of its
-//             outer pixels (plus 1e-6 pixel for rounding), where the border samples are continued outwards.
-//             Height = offset + scale * raw, in the band's unit (m, ft, US survey ft, km; others taken as
-//             metres, with a warning).
+//             of its outer pixels (and 1e-6 pixel of rounding), where the border samples go on outwards.
+//             Height = offset + scale * raw, in the band's unit (m, ft, US survey ft, km, cm; others are
+//             taken as metres, with a warning).
 //   holes     NODATA (tag, mask band, option), NaN, +-infinity, heights outside the valid range. Integer
-//   extremes
-//             without a NODATA tag are values.
+//             extremes without a NODATA tag are values.
 //   kernel    nearest    the sample whose pixel contains the place (ties: to the greater row, column).
-//             bilinear   the four samples around; a hole among them is left out and the other weights are
-//             renormalised;
+//             bilinear   the four samples around; holes are left out and the other weights renormalised;
 //                        if the *nearest* sample is a hole, the place is a hole.
-//             cubic      Catmull-Rom on 4 x 4 samples; with any hole among them: bilinear.
+//             cubic      Catmull-Rom on 4 x 4 samples; if one that carries weight is a hole: bilinear.
 //   wrap      a raster of 360 degrees of longitude wraps round: no seam. If its rows reach a pole, the pole
-//   is one
-//             sample, the mean of the valid samples of the last row (of the row at the pole itself if one is
-//             centred there), and heights between that row and the pole are linear in latitude: continuous at
-//             the pole.
+//             is one sample, the mean of the valid samples of the last row (of the row at the pole itself if
+//             one is centred there), and heights between that row and the pole are linear in latitude:
+//             continuous at the pole.
 //   order     the first layer, and in it the first raster, that has no hole at the place gives the height.
-//   Rasters of
-//             one layer on a common grid (equal CRS, type and pixel size, offset by whole pixels) are one
-//             raster: interpolation sees no border between them. At last the base height, which is in the
-//             datum of the last layer (its geoid, if any, is added).
+//             Consecutive rasters of a layer on a common grid (equal CRS, type and pixel size, offset by
+//             whole pixels) are one raster: interpolation sees no border between them. At last the base
+//             height, which is in the datum of the last layer (its geoid, if any, is added).
+//   feather   where a layer has a height, its weight is smoothstep(D / F), F the feather in samples of the
+//             raster, D the distance in samples to the nearest pixel that is a hole or outside the raster:
+//             exact at corners of pixels, between them bilinear. Weights w1, w2, ... of the layers that
+//             have a height blend to (w1 h1 + (1-w1) w2 h2 + (1-w1)(1-w2) w3 h3 + ...) / (sum of the
+//             coefficients): no step where a layer ends above another, no change where nothing lies below
+//             (the base height is never blended in). Rasters of a layer without a common grid blend alike.
 //   spacing   max(sqrt(dx dy), max(dx, dy) / 2) metres: a polar row of 7 m by 9 km is not a 7 m source.
 //
 // The height is a pure function of n, the files and the options: never of thread, batch, cache size or call
@@ -55,10 +55,13 @@ inline constexpr std::size_t kMaxLayers = 127;
 class SourceStack {
   public:
     // Opens every file, reads those that may contain holes once (in parallel), and hashes their contents.
-    // cache_bytes bounds the decoded blocks kept in memory (at least one a thread is kept); GDAL's own block
-    // cache (GDAL_CACHEMAX) comes on top. Throws Error naming the file: io (missing, unreadable, truncated),
-    // unsupported (no bands, complex numbers), usage (no georeference, degenerate geotransform, other body,
-    // bad option), limit (> 127 layers).
+    // cache_bytes bounds the decoded blocks kept in memory: three quarters ours (at least a block in each of
+    // 16 shards), one quarter GDAL's block cache, which is lowered to that (not below 64 MiB) for the
+    // process.
+    //
+    // Throws Error naming the file: io (missing, unreadable, truncated), unsupported (no bands, complex
+    // numbers), usage (no georeference, degenerate geotransform, other body, bad option), limit (> 127
+    // layers).
     SourceStack(const std::vector<LayerOptions>& layers, const Ellipsoid& body, double base_height,
                 std::size_t cache_bytes);
     ~SourceStack();
@@ -68,6 +71,7 @@ class SourceStack {
     struct Value {
         double height = 0;  // metres
         int layer = kBaseLayer;
+        double weight = 1;  // of that layer in the height; 1 outside feathered zones
     };
     // Height at a unit geodetic normal. Throws Error(io) if a block cannot be read.
     Value sample(const Vec3& n) const;
