@@ -1,5 +1,7 @@
 #include "points.hpp"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
 #include <istream>
@@ -29,30 +31,39 @@ bool is_heading(std::string_view text) { return text == "lat,lon" || text == "la
 
 }  // namespace
 
-Point make_point(const std::string& latitude, const std::string& longitude, const std::string& where) {
-    const double lat = number_in(trimmed(latitude)), lon = number_in(trimmed(longitude));
-    if (!(std::abs(lat) <= 90))
-        throw Error(ErrorCode::usage,
-                    where + ": \"" + latitude + "\" is not a latitude in [-90, 90] degrees");
-    if (!(std::abs(lon) <= 360))
-        throw Error(ErrorCode::usage,
-                    where + ": \"" + longitude + "\" is not a longitude in [-360, 360] degrees");
-    return {{lat, lon}, std::string(trimmed(latitude)) + "," + std::string(trimmed(longitude))};
+std::string_view Points::written(std::size_t k) const {
+    const std::size_t begin = k == 0 ? 0 : ends[k - 1];
+    return std::string_view(text).substr(begin, ends[k] - begin);
 }
 
-std::vector<Point> PointReader::next(std::size_t count) {
-    std::vector<Point> points;
+void Points::add(std::string_view latitude, std::string_view longitude, const Where& where) {
+    latitude = trimmed(latitude);
+    longitude = trimmed(longitude);
+    const double lat = number_in(latitude), lon = number_in(longitude);
+    if (!(std::abs(lat) <= 90))
+        throw Error(ErrorCode::usage,
+                    fmt::format("{}: \"{}\" is not a latitude in [-90, 90] degrees", where(), latitude));
+    if (!(std::abs(lon) <= 360))
+        throw Error(ErrorCode::usage,
+                    fmt::format("{}: \"{}\" is not a longitude in [-360, 360] degrees", where(), longitude));
+    places.push_back({lat, lon});
+    text.append(latitude).append(1, ',').append(longitude);
+    ends.push_back(static_cast<std::uint32_t>(text.size()));
+}
+
+Points PointReader::next(std::size_t count) {
+    constexpr std::size_t kMostText = 1u << 30;  // ends are 32 bits
+    Points points;
     std::string buffer;
-    while (points.size() < count && std::getline(in_, buffer)) {
+    while (points.size() < count && points.text.size() < kMostText && std::getline(in_, buffer)) {
         ++line_;
         const std::string_view line = trimmed(buffer);
         if (line.empty() || line.front() == '#' || (line_ == 1 && is_heading(line))) continue;
-        const std::string where = name_ + ": line " + std::to_string(line_);
+        const auto where = [&] { return fmt::format("{}: line {}", name_, line_); };
         const auto comma = line.find(',');
         if (comma == std::string_view::npos || line.find(',', comma + 1) != std::string_view::npos)
-            throw Error(ErrorCode::usage, where + ": \"" + std::string(line) + "\" is not \"lat,lon\"");
-        points.push_back(
-            make_point(std::string(line.substr(0, comma)), std::string(line.substr(comma + 1)), where));
+            throw Error(ErrorCode::usage, fmt::format("{}: \"{}\" is not \"lat,lon\"", where(), line));
+        points.add(line.substr(0, comma), line.substr(comma + 1), where);
     }
     if (in_.bad()) throw Error(ErrorCode::io, name_ + ": cannot be read");
     return points;

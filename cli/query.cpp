@@ -24,7 +24,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kPiece = 1u << 16;  // points in memory at a time
+constexpr std::size_t kPiece = 1u << 19;  // points in memory at a time
 constexpr std::size_t kGrain = 512;       // points a task
 
 struct Options {
@@ -56,11 +56,11 @@ class Asking {
     Asking(std::shared_ptr<const Repository> file, std::size_t memory) : surface_(std::move(file), memory) {}
 
     // In the order of the points. Works in the order of places, so that neighbours share decoded diamonds.
-    std::vector<Surface::Sample> operator()(const std::vector<Point>& points) const {
+    std::vector<Surface::Sample> operator()(const Points& points) const {
         std::vector<RealLattice> places(points.size());
         std::vector<std::uint64_t> keys(points.size());
         parallel(points.size(), [&](std::size_t k) {
-            places[k] = lattice_position(direction(points[k].place));
+            places[k] = lattice_position(direction(points.places[k]));
             keys[k] = locate(places[k], kKeyLevel).half.diamond.bits();
         });
         std::vector<std::uint32_t> order(points.size());
@@ -88,21 +88,20 @@ std::string bound_text(const RepositoryHeader& h, const Surface::Sample& s) {
     return s.at_lattice ? number(h.tolerance) : "";
 }
 
-void print_csv(const RepositoryHeader& h, const std::vector<Point>& points,
-               const std::vector<Surface::Sample>& samples) {
+void print_csv(const RepositoryHeader& h, const Points& points, const std::vector<Surface::Sample>& samples) {
     fmt::memory_buffer out;
     for (std::size_t k = 0; k < points.size(); ++k)
-        fmt::format_to(std::back_inserter(out), "{},{:.4f},{:.6g},{},measured\n", points[k].text,
+        fmt::format_to(std::back_inserter(out), "{},{:.4f},{:.6g},{},measured\n", points.written(k),
                        samples[k].height, samples[k].spacing, bound_text(h, samples[k]));
     std::fwrite(out.data(), 1, out.size(), stdout);
 }
 
-void print_json(const RepositoryHeader& h, const std::vector<Point>& points,
-                const std::vector<Surface::Sample>& samples, bool first) {
+void print_json(const RepositoryHeader& h, const Points& points, const std::vector<Surface::Sample>& samples,
+                bool first) {
     for (std::size_t k = 0; k < points.size(); ++k) {
         const Surface::Sample& s = samples[k];
-        const Json point = {{"lat", points[k].place.latitude},
-                            {"lon", points[k].place.longitude},
+        const Json point = {{"lat", points.places[k].latitude},
+                            {"lon", points.places[k].longitude},
                             {"height_m", s.height},
                             {"spacing_m", s.spacing},
                             {"bound_m", s.at_lattice ? Json(h.tolerance) : Json(nullptr)},
@@ -116,7 +115,7 @@ class Input {
   public:
     explicit Input(const Options& o) {
         if (o.points.empty()) {
-            single_.push_back(make_point(o.latitude, o.longitude, "command line"));
+            single_.add(o.latitude, o.longitude, [] { return std::string("command line"); });
             return;
         }
         if (o.points != "-") {
@@ -125,13 +124,13 @@ class Input {
         }
         reader_.emplace(o.points == "-" ? std::cin : file_, o.points == "-" ? "stdin" : o.points);
     }
-    std::vector<Point> next() {
+    Points next() {
         if (reader_) return reader_->next(kPiece);
         return std::exchange(single_, {});
     }
 
   private:
-    std::vector<Point> single_;
+    Points single_;
     std::ifstream file_;
     std::optional<PointReader> reader_;
 };
@@ -156,7 +155,7 @@ int run(const Options& o, const Globals& globals) {
 
     const auto begin = std::chrono::steady_clock::now();
     std::uint64_t asked = 0;
-    for (std::vector<Point> points = input.next(); !points.empty(); points = input.next()) {
+    for (Points points = input.next(); points.size() > 0; points = input.next()) {
         const std::vector<Surface::Sample> samples = ask(points);
         if (o.json)
             print_json(h, points, samples, asked == 0);
