@@ -16,5 +16,6 @@
 #include "carat/render/octahedral.hpp"
 #include "carat/render/patch_builder.hpp"
 #include "carat/render/patch_mesh.hpp"
+#include "carat/render/refiner.hpp"
 #include "carat/render/view.hpp"
 #include "carat/render/visibility.hpp"

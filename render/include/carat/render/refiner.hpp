@@ -1,0 +1,101 @@
+// Refinement against a deadline: a cut that persists between frames.
+//
+// Each frame the cut is judged against the view; what demands refinement is refined, greatest screen error
+// first, and what no longer does is coarsened, least error first, until nothing is left to do or the time is
+// up (dual-queue refinement: Duchaineau et al. 1997, ROAM; Gobbetti et al. 2006, C-BDAM). Files are read,
+// residuals decoded and patches built by worker threads; a frame takes what is ready and never waits for a
+// file beyond its deadline. Work that comes too late is kept for later frames.
+//
+// Whatever was shown before, and however often a frame was cut short, the drawn patches tile what is visible
+// conformingly, with identical positions on shared vertices. Once a frame reports `converged`, its cut and
+// its meshes are bit for bit those of converged_cut() (draw_list.hpp) for the same view and goal.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "carat/codec/repository.hpp"
+#include "carat/render/patch_mesh.hpp"
+#include "carat/render/view.hpp"
+
+namespace carat {
+
+// What to refine to: as for converged_cut().
+struct RefineGoal {
+    double threshold = 1;  // greatest screen error, pixels, > 0
+    double spacing = 0;    // greatest distance of samples on screen, pixels; 0: the error alone decides
+};
+
+// What a frame may cost.
+struct RefineBudget {
+    // Wall time from the call of frame() to its return; infinity: until converged.
+    double milliseconds = std::numeric_limits<double>::infinity();
+    // Bytes of meshes new to the draw list. Refinement pauses rather than exceed it; meshes that a change of
+    // view makes necessary come on top.
+    std::size_t upload_bytes = std::numeric_limits<std::size_t>::max();
+};
+
+struct RefinerOptions {
+    int threads = 0;                               // workers; 0: one for each core
+    std::uint64_t triangles = 16'000'000;          // drawn at most; never fewer than the coarsest cut needs
+    std::uint64_t bytes = std::uint64_t{2} << 30;  // of heights and meshes, those kept for later included
+};
+
+struct RefineCounters {
+    // The cut.
+    std::uint64_t refined = 0;                             // diamonds in it
+    std::uint64_t virtual_refined = 0;                     // of these, below the file's leaves
+    std::uint64_t culled_frustum = 0, culled_horizon = 0;  // frontier halves not drawn, by reason
+    std::uint64_t culled_back_face = 0;
+    std::uint64_t patches = 0, triangles = 0;  // drawn
+    std::uint64_t limited = 0;                 // drawn patches above the threshold with nothing finer
+    double worst_error = 0;                    // pixels, greatest error bound among the drawn patches
+    // This frame.
+    std::uint64_t installed = 0, coarsened = 0;   // diamonds that entered and left the cut
+    std::uint64_t uploads = 0, upload_bytes = 0;  // meshes new to the draw list
+    std::uint64_t unstitched = 0;  // drawn patches whose border normals still see one side only
+    std::uint64_t waiting = 0;     // diamonds requested and not yet there
+    double selection_ms = 0, stitch_ms = 0, wait_ms = 0, total_ms = 0;  // wall time of frame() and its parts
+    // Since the last frame, by the workers.
+    std::uint64_t decoded = 0;           // diamonds decoded from residuals
+    std::uint64_t predicted = 0;         // diamonds of the file without residuals: predicted alone
+    std::uint64_t virtual_decoded = 0;   // diamonds refined virtually
+    std::uint64_t built = 0;             // patches
+    double decode_ms = 0, build_ms = 0;  // summed over the workers
+    ReadCounters read;                   // what the repository read
+    // Now.
+    std::uint64_t bytes = 0;  // of heights and meshes held
+};
+
+struct RefinedFrame {
+    // The patches to draw, sorted by half; back-facing ones left out. Meshes are immutable and may outlive
+    // the Refiner. A half whose border normals change is given a new mesh object.
+    std::vector<std::shared_ptr<const PatchMesh>> draw;
+    // Those of `draw` that were not in the previous frame's list as the same object: to upload.
+    std::vector<std::shared_ptr<const PatchMesh>> upload;
+    bool converged = false;  // to the goal; false while time, data or a budget are wanting
+    RefineCounters counters;
+};
+
+// Not thread-safe: one thread at a time calls its members.
+class Refiner {
+  public:
+    // Reads the root values. Throws what the repository throws.
+    explicit Refiner(std::shared_ptr<const Repository> repository, const RefinerOptions& options = {});
+    ~Refiner();
+    Refiner(const Refiner&) = delete;
+    Refiner& operator=(const Refiner&) = delete;
+
+    // Throws Error(usage) for a view of another body or a goal out of range, and what the repository throws,
+    // also for work requested by earlier frames; the Refiner stays usable.
+    RefinedFrame frame(const View& view, const RefineGoal& goal, const RefineBudget& budget = {});
+
+  private:
+    class State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace carat
