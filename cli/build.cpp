@@ -45,17 +45,8 @@ Examples:
 
 void add_layer_options(CLI::App& sub, LayerArguments& layers) {
     const char* group = "Layers (options after a --layer apply to it)";
-    layers.add(sub, "--layer", "FILE[,FILE...]", "A layer; repeat for more, highest priority first", group)
-        ->required();
-    layers.add(sub, "--geoid", "GRID",
-               "Heights are above this geoid (GeographicLib .pgm or a raster): add it", group);
-    layers.add(sub, "--valid-range", "A,B", "Heights outside are holes, metres", group);
-    layers.add(sub, "--nodata", "V", "This raw value is a hole", group);
-    layers.add(sub, "--bounds", "W,S,E,N", "Degrees, outer edges; for files without a georeference", group);
-    layers.add(sub, "--resampling", "KIND", "nearest, bilinear (default) or cubic", group);
-    layers.add(sub, "--band", "N", "Band of the rasters (default 1)", group);
-    layers.add(sub, "--latitude", "KIND", "Of a body's raster: geodetic, geocentric or automatic (default)",
-               group);
+    layers.add_lead(sub, "A layer; repeat for more, highest priority first", group)->required();
+    layers.add_options(sub, group);
 }
 
 void add_file_options(CLI::App& sub, Options& o) {
@@ -107,6 +98,9 @@ void add_run_options(CLI::App& sub, Options& o) {
         ->group(group);
     add_value(sub, "--memory", "SIZE", "For decoded source blocks (default 1G)",
               [&b](const std::string& text) { b.memory_bytes = parse_size(text); })
+        ->group(group);
+    sub.add_flag("--measure,!--no-measure", b.measure,
+                 "Compare the result with every source sample and record the errors (default yes)")
         ->group(group);
     sub.add_flag("--overwrite", b.overwrite, "Replace an existing output")->group(group);
     sub.add_flag("--dry-run", o.dry_run, "Say what would be built; write nothing")->group(group);

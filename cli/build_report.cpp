@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "error_report.hpp"
 #include "text.hpp"
 
 namespace carat::cli {
@@ -66,6 +67,7 @@ Json to_json(const BuildReport& r, const BuildOptions& o) {
     json["zero_diamonds"] = r.zero_diamonds;
     json["max_error_m"] = r.max_error;
     json["rms_error_m"] = r.rms_error;
+    if (r.errors) json["source_errors"] = errors_json(*r.errors);
     json["seconds"] = r.seconds;
     json["stage_seconds"] = stages;
     return json;
@@ -110,8 +112,9 @@ void print_report(const BuildReport& r, const BuildOptions& options, bool json) 
         return;
     }
     print_text(r.plan);
-    fmt::print("error    at samples: greatest {:.4g} m, RMS {:.4g} m (tolerance {} m)\n", r.max_error,
-               r.rms_error, number(options.tolerance));
+    fmt::print("error    at the file's own samples: greatest {:.4g} m, RMS {:.4g} m (tolerance {} m)\n",
+               r.max_error, r.rms_error, number(options.tolerance));
+    if (r.errors) print_errors(*r.errors, 1);
     fmt::print("file     {}: {} bytes ({})", options.output.string(), grouped(r.file_bytes),
                bytes_text(r.file_bytes));
     if (r.plan.source_samples > 0)

@@ -8,7 +8,10 @@
 
 #include "carat/codec/repository.hpp"
 #include "carat/codec/verify.hpp"
+#include "carat/globe/error.hpp"
+#include "carat/preprocess/measure.hpp"
 #include "commands.hpp"
+#include "error_report.hpp"
 #include "text.hpp"
 
 namespace carat::cli {
@@ -152,6 +155,15 @@ void print_census(const RepositoryHeader& h, const FileCensus& c, std::uint64_t 
     }
 }
 
+// What the builder measured; taken out of the provenance, which is printed as JSON.
+void print_source_errors(Json& provenance) {
+    if (!provenance.is_object() || !provenance.contains("source_errors")) return;
+    const ErrorSummary errors = error_summary_of_json(provenance["source_errors"].dump());
+    provenance.erase("source_errors");
+    fmt::print("\n");
+    print_errors(errors, 1);
+}
+
 int run(const Options& o) {
     const auto repository = Repository::open(o.file);
     Json json = header_json(o.file, *repository);
@@ -166,6 +178,7 @@ int run(const Options& o) {
     }
     print_header(o.file, *repository);
     if (!o.header_only) print_census(repository->header(), census, source_samples(json["provenance"]));
+    print_source_errors(json["provenance"]);
     if (const Json& p = json["provenance"]; !p.empty()) fmt::print("\nprovenance {}\n", p.dump(2));
     return kSuccess;
 }

@@ -22,6 +22,12 @@ std::array<double, 4> bounds(const std::string& text) {
     return {v[0], v[1], v[2], v[3]};
 }
 
+double feather(const std::string& text) {
+    const double value = parse_number(text);
+    if (!(value >= 0)) throw CLI::ValidationError("\"" + text + "\" is negative");
+    return value;
+}
+
 int band(const std::string& text) {
     constexpr double kGreatest = 65536;
     const double value = parse_number(text);
@@ -50,6 +56,7 @@ const std::map<std::string, Apply>& appliers() {
         {"--valid-range", [](LayerOptions& l, const std::string& v) { l.valid_range = valid_range(v); }},
         {"--nodata", [](LayerOptions& l, const std::string& v) { l.nodata = nodata(v); }},
         {"--bounds", [](LayerOptions& l, const std::string& v) { l.bounds = bounds(v); }},
+        {"--feather", [](LayerOptions& l, const std::string& v) { l.feather = feather(v); }},
         {"--resampling", [](LayerOptions& l, const std::string& v) { l.resampling = parse_resampling(v); }},
         {"--band", [](LayerOptions& l, const std::string& v) { l.band = band(v); }},
         {"--latitude", [](LayerOptions& l, const std::string& v) { l.latitude = latitude(v); }},
@@ -82,7 +89,26 @@ CLI::Option* LayerArguments::add(CLI::App& app, const std::string& name, const s
     return option;
 }
 
-std::vector<LayerOptions> LayerArguments::layers() const {
+CLI::Option* LayerArguments::add_lead(CLI::App& app, const std::string& description, const char* group) {
+    return add(app, lead_, "FILE[,FILE...]", description, group);
+}
+
+void LayerArguments::add_options(CLI::App& app, const char* group) {
+    add(app, "--geoid", "GRID", "Heights are above this geoid (GeographicLib .pgm or a raster): add it",
+        group);
+    add(app, "--valid-range", "A,B", "Heights outside are holes, metres", group);
+    add(app, "--nodata", "V", "This raw value is a hole", group);
+    add(app, "--bounds", "W,S,E,N", "Degrees, outer edges; for files without a georeference", group);
+    add(app, "--feather", "METRES",
+        "Width over which the layer fades into those below at its holes and borders (default 4 of its "
+        "samples; 0: a step)",
+        group);
+    add(app, "--resampling", "KIND", "nearest, bilinear (default) or cubic", group);
+    add(app, "--band", "N", "Band of the rasters (default 1)", group);
+    add(app, "--latitude", "KIND", "Of a body's raster: geodetic, geocentric or automatic (default)", group);
+}
+
+std::vector<LayerOptions> LayerArguments::layers(const Begin& begin) const {
     std::vector<LayerOptions> out;
     std::map<const CLI::Option*, std::size_t> next;  // occurrences met so far
     std::set<std::string> given;                     // for the present layer
@@ -92,17 +118,18 @@ std::vector<LayerOptions> LayerArguments::layers() const {
         if (it == options_.end()) continue;
         const std::string& name = it->first;
         const std::string value = option->results().at(next[option]++);
-        if (name == "--layer") {
+        if (name == lead_) {
             try {
-                out.push_back({parse_files(value)});
+                out.push_back(begin(parse_files(value)));
             } catch (const CLI::ValidationError& error) {
-                throw Error(ErrorCode::usage, std::string("--layer: ") + error.what());
+                throw Error(ErrorCode::usage, lead_ + ": " + error.what());
             }
             given.clear();
             continue;
         }
         if (out.empty())
-            throw Error(ErrorCode::usage, name + " stands ahead of the first --layer: it belongs after one");
+            throw Error(ErrorCode::usage,
+                        name + " stands ahead of the first " + lead_ + ": it belongs after one");
         if (!given.insert(name).second)
             throw Error(ErrorCode::usage, name + " is given twice for layer " + out.back().files.front());
         apply(out.back(), name, value);

@@ -1,12 +1,18 @@
-// carat verify: is a file sound?
+// carat verify: is a file sound, and how far is it from its sources?
 #include "carat/codec/verify.hpp"
 
 #include <fmt/core.h>
+#include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "against.hpp"
+#include "carat/globe/error.hpp"
+#include "carat/preprocess/measure.hpp"
 #include "commands.hpp"
+#include "error_report.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include "text.hpp"
@@ -21,6 +27,14 @@ struct Options {
     std::string file;
     bool json = false;
     VerifyOptions verify;
+    LayerArguments against{"--against"};
+};
+
+// What the comparison with the sources found.
+struct Comparison {
+    ErrorSummary errors;
+    std::vector<std::string> remarks;
+    double seconds = 0;
 };
 
 constexpr const char* kFooter = R"(
@@ -32,8 +46,16 @@ Reads and decodes the whole file and checks that
 
 Prints "ok", or one line for each damage. Exit status: 0 sound, 1 damaged or unreadable, 2 wrong usage.
 
+--against compares the surface with the sources at every sample of theirs that alone gives the height at its place, and
+prints the errors by layer and where they are greatest; samples in feathered zones are compared with what the layers blend
+to. Name the layers as for `carat build`, with their options where they differ from those that the file records; or name
+the one folder where the recorded sources lie. The tolerance bounds the error at the file's own samples; what lies in
+between contains the cost of resampling as well.
+
 Examples:
   carat verify earth.carat
+  carat verify earth.carat --against rasters/
+  carat verify earth.carat --against alps.tif --against world.tif
   carat verify --json earth.carat | jq .ok)";
 
 void print_text(const Options& o, const VerifyReport& r) {
@@ -54,36 +76,91 @@ void print_text(const Options& o, const VerifyReport& r) {
         grouped(r.shared_heights), duration(r.seconds));
 }
 
-void print_json(const Options& o, const VerifyReport& r) {
-    const Json json = {{"file", o.file},
-                       {"ok", r.ok()},
-                       {"damage", r.damage},
-                       {"damage_count", r.damage_count},
-                       {"remarks", r.remarks},
-                       {"file_bytes", r.census.file_bytes},
-                       {"pages", r.census.pages},
-                       {"diamonds", r.census.refined},
-                       {"decoded", r.decoded},
-                       {"unreachable", r.unreachable},
-                       {"heights_checked", r.heights},
-                       {"shared_heights_checked", r.shared_heights},
-                       {"seconds", r.seconds}};
+void print_text(const Options& o, const VerifyReport& r, const Comparison& c) {
+    for (const std::string& remark : c.remarks) fmt::print("remark: {}\n", remark);
+    const RepositoryHeader& h = Repository::open(o.file)->header();
+    fmt::print("guaranteed at the file's own samples: {} m\n", number(h.tolerance));
+    print_errors(c.errors, 5);
+    const double rate = static_cast<double>(c.errors.all.count) / std::max(c.seconds, 1e-9);
+    fmt::print("compared in {}, {} samples/s{}\n", duration(c.seconds),
+               grouped(static_cast<std::uint64_t>(rate)), r.ok() ? "" : "; the file is damaged");
+}
+
+void print_json(const Options& o, const VerifyReport& r, const std::optional<Comparison>& c) {
+    Json json = {{"file", o.file},
+                 {"ok", r.ok()},
+                 {"damage", r.damage},
+                 {"damage_count", r.damage_count},
+                 {"remarks", r.remarks},
+                 {"file_bytes", r.census.file_bytes},
+                 {"pages", r.census.pages},
+                 {"diamonds", r.census.refined},
+                 {"decoded", r.decoded},
+                 {"unreachable", r.unreachable},
+                 {"heights_checked", r.heights},
+                 {"shared_heights_checked", r.shared_heights},
+                 {"seconds", r.seconds}};
+    if (c) {
+        json["guaranteed_at_lattice_m"] = Repository::open(o.file)->header().tolerance;
+        json["source_errors"] = errors_json(c->errors);
+        json["source_remarks"] = c->remarks;
+        json["source_seconds"] = c->seconds;
+    }
     fmt::print("{}\n", json.dump(2));
 }
 
-int run(const Options& o, const Globals& globals) {
-    catch_interrupts();
-    Progress progress("diamonds", globals.quiet);
+Provenance recorded_in(const Repository& file) {
+    try {
+        return parse_provenance(file.header().provenance);
+    } catch (const Error&) {
+        return {};  // made by another program: everything must be given
+    }
+}
+
+Comparison compare(const Options& o, Progress& progress) {
+    const auto begin = std::chrono::steady_clock::now();
+    const auto file = Repository::open(o.file);
+    const Provenance recorded = recorded_in(*file);
+    const SourceStack sources(layers_against(o.against, recorded), file->header().ellipsoid(),
+                              recorded.base_height, o.verify.memory_bytes);
+    for (const std::string& warning : sources.warnings()) spdlog::warn("{}", warning);
+    MeasureOptions options;
+    options.threads = o.verify.threads;
+    options.memory_bytes = o.verify.memory_bytes;
+    options.progress = [&](std::uint64_t done, std::uint64_t total) {
+        return progress.update("comparing", done, total);
+    };
+    Comparison out;
+    out.errors = measure_errors(sources, file, options);
+    out.remarks = differences(sources, recorded);
+    out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return out;
+}
+
+VerifyReport verify(const Options& o, Progress& progress) {
     VerifyOptions options = o.verify;
     options.progress = [&](std::uint64_t done, std::uint64_t total) {
         return progress.update("verifying", done, total);
     };
-    const VerifyReport report = verify_file(o.file, options);
-    progress.finish();
+    return verify_file(o.file, options);
+}
+
+int run(const Options& o, bool against, const Globals& globals) {
+    catch_interrupts();
+    Progress diamonds("diamonds", globals.quiet);
+    const VerifyReport report = verify(o, diamonds);
+    diamonds.finish();
+    std::optional<Comparison> comparison;
+    if (against && report.ok()) {
+        Progress samples("samples", globals.quiet);
+        comparison = compare(o, samples);
+        samples.finish();
+    }
     if (o.json)
-        print_json(o, report);
+        print_json(o, report, comparison);
     else
         print_text(o, report);
+    if (!o.json && comparison) print_text(o, report, *comparison);
     return report.ok() ? kSuccess : kFailure;
 }
 
@@ -91,7 +168,8 @@ int run(const Options& o, const Globals& globals) {
 
 void add_verify(CLI::App& app, Globals& globals) {
     const auto o = std::make_shared<Options>();
-    CLI::App& sub = *app.add_subcommand("verify", "Check that a .carat file is sound");
+    CLI::App& sub = *app.add_subcommand(
+        "verify", "Check that a .carat file is sound, and measure its error against the sources");
     sub.footer(kFooter);
     sub.add_option("FILE", o->file, "A .carat file")->required()->type_name(" ");
     sub.add_flag("--json", o->json, "Print JSON");
@@ -100,7 +178,11 @@ void add_verify(CLI::App& app, Globals& globals) {
         ->check(between(1, 256));
     add_value(sub, "--memory", "SIZE", "For decoded diamonds (default 256M)",
               [o](const std::string& text) { o->verify.memory_bytes = parse_size(text); });
-    on_run(sub, globals, [o, &globals] { return run(*o, globals); });
+    const char* group = "Comparing with the sources (options after an --against apply to it)";
+    const CLI::Option* against =
+        o->against.add_lead(sub, "A layer of sources, as for build; or one folder", group);
+    o->against.add_options(sub, group);
+    on_run(sub, globals, [o, against, &globals] { return run(*o, against->count() > 0, globals); });
 }
 
 }  // namespace carat::cli

@@ -180,7 +180,7 @@ struct RepositoryWriter::State {
     std::ofstream file;
     FileHeader header;
     std::vector<PartEntry> parts;
-    bool finished = false;
+    bool completed = false, finished = false;
 
     std::uint64_t position() { return static_cast<std::uint64_t>(file.tellp()); }
     void append(std::span<const std::byte> bytes) {
@@ -198,6 +198,7 @@ struct RepositoryWriter::State {
     }
     void write_page(const PageContents& page);
     Extent write_directory();
+    void write_header();
 };
 
 // Splits a page greedily: a part takes slots while it stays within kMaxPartBytes, and at least one diamond.
@@ -293,14 +294,38 @@ void RepositoryWriter::write(std::vector<DiamondRecord> diamonds) {
     }
 }
 
-std::uint64_t RepositoryWriter::finish() {
+void RepositoryWriter::State::write_header() {
+    const std::vector<std::byte> bytes = header.to_bytes();
+    check_readable(bytes, path.string(), header.file_bytes);
+    file.seekp(0);
+    append(bytes);
+    file.flush();
+    check();
+}
+
+const std::filesystem::path& RepositoryWriter::complete() {
     State& s = *state_;
+    if (s.completed) return s.partial;
     s.header.directory = s.write_directory();
     s.header.file_bytes = s.position();
-    const std::vector<std::byte> header = s.header.to_bytes();
-    check_readable(header, s.path.string(), s.header.file_bytes);
-    s.file.seekp(0);
-    s.append(header);
+    s.write_header();
+    s.completed = true;
+    return s.partial;
+}
+
+void RepositoryWriter::replace_provenance(std::string provenance) {
+    State& s = *state_;
+    std::string& old = s.header.info.provenance;
+    if (provenance.size() > old.size())
+        throw Error(ErrorCode::usage, s.path.string() + ": the new provenance is longer than the old");
+    provenance.resize(old.size(), ' ');
+    old = std::move(provenance);
+    s.write_header();
+}
+
+std::uint64_t RepositoryWriter::finish() {
+    State& s = *state_;
+    complete();
     s.file.close();
     s.check();
     std::error_code failed;

@@ -4,17 +4,16 @@
 
 #include <chrono>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "build_passes.hpp"
 #include "build_plan.hpp"
 #include "carat/globe/error.hpp"
+#include "carat/preprocess/provenance.hpp"
+#include "measure_blocks.hpp"
 
 namespace carat {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 void check(const BuildOptions& o) {
     if (o.layers.empty()) throw Error(ErrorCode::usage, "no layers: name at least one raster");
@@ -47,36 +46,6 @@ BuildPlan describe(const SourceStack& sources, const RefinedLevels& levels, int 
     return plan;
 }
 
-Json layer_json(const LayerInfo& info, const LayerOptions& options) {
-    Json files = Json::array();
-    for (const FileInfo& f : info.files)
-        files.push_back({{"name", std::filesystem::path(f.path).filename().string()},
-                         {"bytes", f.bytes},
-                         {"xxh3", f.hash},
-                         {"width", f.width},
-                         {"height", f.height}});
-    Json out{{"name", info.name}, {"files", files}, {"resampling", to_string(options.resampling)}};
-    if (options.nodata) out["nodata"] = *options.nodata;
-    if (options.valid_range) out["valid_range"] = *options.valid_range;
-    if (options.bounds) out["bounds"] = *options.bounds;
-    if (!options.geoid.empty()) out["geoid"] = std::filesystem::path(options.geoid).filename().string();
-    return out;
-}
-
-std::string provenance(const BuildOptions& o, const BuildPlan& plan) {
-    Json layers = Json::array();
-    for (std::size_t k = 0; k < plan.layers.size(); ++k)
-        layers.push_back(layer_json(plan.layers[k], o.layers[k]));
-    return Json{{"program", "carat"},
-                {"layers", layers},
-                {"base_height", o.base_height},
-                {"mode", static_cast<int>(o.mode)},
-                {"depth_bias", o.depth_bias},
-                {"max_level", o.max_level},
-                {"source_samples", plan.source_samples}}
-        .dump();
-}
-
 BuildTree make_tree(const RefinedLevels& levels) {
     BuildTree tree;
     for (const auto& ids : levels) {
@@ -96,6 +65,18 @@ ErrorSum root_errors(const BuildContext& context, const FaceHeights& source, con
     return sum;
 }
 
+// Compares the file, complete but for this, with the sources.
+ErrorSummary measure_file(const BuildContext& context, const BuildPlan& plan, RepositoryWriter& writer) {
+    std::uint64_t samples = 0;
+    for (const LayerInfo& layer : plan.layers) samples += layer.samples;
+    const FileSurface surface(Repository::open(writer.complete()), context.options.memory_bytes / 4);
+    context.progress.begin(BuildStage::measuring, samples);
+    ErrorSummary errors = measure_blocks(context.sources, surface, kRecordedPlaces,
+                                         [&](std::uint64_t n) { context.progress.step(n); });
+    writer.replace_provenance(provenance_json(context.options, plan, &errors));
+    return errors;
+}
+
 std::vector<DiamondRecord> take_records(BuildTree& tree) {
     std::vector<DiamondRecord> records;
     records.reserve(tree.count());
@@ -111,7 +92,8 @@ WriterSetup writer_setup(const BuildContext& context, const BuildPlan& plan, int
     setup.tolerance = context.options.tolerance;
     setup.body = context.options.body;
     setup.vertical_datum = context.options.vertical_datum;
-    setup.provenance = provenance(context.options, plan);
+    setup.provenance = provenance_json(context.options, plan);
+    if (context.options.measure) setup.provenance.resize(measured_room(setup.provenance, plan), ' ');
     setup.radii.assign(static_cast<std::size_t>(depth) + 1, context.radius);
     return setup;
 }
@@ -163,6 +145,7 @@ BuildReport build_repository(const BuildOptions& options, const ProgressFunction
     for (const DiamondRecord& r : records)
         ++(r.residuals.blob.empty() ? report.zero_diamonds : report.coded_diamonds);
     writer.write(std::move(records));
+    if (options.measure) report.errors = measure_file(context, report.plan, writer);
     report.file_bytes = writer.finish();
     report.max_error = errors.max;
     report.rms_error = std::sqrt(errors.squares / static_cast<double>(errors.count));

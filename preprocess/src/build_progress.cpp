@@ -20,6 +20,8 @@ const char* to_string(BuildStage stage) {
             return "summarising";
         case BuildStage::writing:
             return "writing";
+        case BuildStage::measuring:
+            return "measuring";
     }
     return "unknown";
 }

@@ -59,6 +59,9 @@ class Grid {
     // and, last, its middle; cap contains the region.
     Coverage cover(std::span<const Vec3> places, const Cap& cap) const;
 
+    // Sides of the tiles that samples are read in, multiples of 64.
+    int tile_width() const { return tile_width_; }
+    int tile_height() const { return tile_height_; }
     // The tile that contains sample (x, y) of the grid; distances of its pixels' corners to holes.
     TilePtr tile_at(std::int64_t x, std::int64_t y) const;
     TilePtr distances_at(std::int64_t x, std::int64_t y) const;

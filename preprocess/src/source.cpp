@@ -12,7 +12,7 @@
 #include "carat/globe/error.hpp"
 #include "frame.hpp"
 #include "gdal_errors.hpp"
-#include "source_layer.hpp"
+#include "source_state.hpp"
 
 namespace carat {
 namespace {
@@ -42,27 +42,6 @@ void limit_gdal_cache(std::size_t bytes) {
 }
 
 }  // namespace
-
-struct SourceStack::State {
-    State(const Ellipsoid& b, double height, std::size_t cache_bytes)
-        : body(b), base_height(height), cache(cache_bytes / 4 * 3) {}
-
-    void sample_chunk(std::span<const Vec3> n, std::span<double> heights, std::span<std::int8_t> layer,
-                      std::span<double> weights) const;
-    void add_base(const Blend& blend, std::span<const double> lat, std::span<const double> lon,
-                  std::span<const std::size_t> index, std::span<double> heights) const;
-    double finest(const Half& half) const;
-    double finest_in_small(const Half& half, int more_levels) const;
-    bool may_meet(const Cap& cap) const;
-
-    Ellipsoid body;
-    double base_height;
-    HandlePool handles;
-    TileCache cache;
-    std::vector<std::string> warnings;
-    std::vector<std::unique_ptr<SourceLayer>> layers;
-    std::vector<LayerInfo> infos;
-};
 
 Resampling parse_resampling(const std::string& text) {
     for (const Resampling r : {Resampling::nearest, Resampling::bilinear, Resampling::cubic})

@@ -33,6 +33,9 @@ class SourceLayer {
     bool may_meet(const Cap& cap) const;
 
     const Geoid* geoid() const { return geoid_.get(); }
+    // In priority order.
+    const std::vector<std::unique_ptr<Grid>>& grids() const { return grids_; }
+    Resampling resampling() const { return resampling_; }
     const LayerInfo& info() const { return info_; }
 
   private:

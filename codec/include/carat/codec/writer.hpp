@@ -53,9 +53,14 @@ class RepositoryWriter {
     // All refined diamonds, any order; sorts them into pages and writes. Call once. Throws Error(usage) if a
     // diamond comes twice.
     void write(std::vector<DiamondRecord> diamonds);
-    // Directory and header; the file appears under its name. Returns its size in bytes. Throws Error(usage)
-    // for a setup that readers refuse: radii not one more than the levels refined, or above what the
-    // tolerance allows.
+    // Directory and header: the partial file, whose path it returns, can be opened as a repository. Throws
+    // Error(usage) for a setup that readers refuse: radii not one more than the levels refined, or above what
+    // the tolerance allows.
+    const std::filesystem::path& complete();
+    // After complete(): replaces the provenance by one that is no longer; spaces fill the rest. Throws
+    // Error(usage) if it is longer.
+    void replace_provenance(std::string provenance);
+    // Completes the file unless that is done; it appears under its name. Returns its size in bytes.
     std::uint64_t finish();
 
   private:

@@ -18,6 +18,7 @@
 #include "carat/codec/diamond_codec.hpp"
 #include "carat/globe/ellipsoid.hpp"
 #include "carat/preprocess/layer.hpp"
+#include "carat/preprocess/measure.hpp"
 #include "carat/preprocess/source.hpp"
 
 namespace carat {
@@ -36,12 +37,13 @@ struct BuildOptions {
     int threads = 0;                      // 0: all
     std::size_t memory_bytes = 1u << 30;  // for decoded source blocks
     bool overwrite = false;
+    bool measure = true;  // compare the result with every source sample and record the errors (measure.hpp)
 
     std::filesystem::path output;
 };
 
-// Stages of a build, for progress bars. done and total count diamonds.
-enum class BuildStage { opening, planning, sampling, filtering, coding, summarising, writing };
+// Stages of a build, for progress bars. done and total count diamonds, while measuring source samples.
+enum class BuildStage { opening, planning, sampling, filtering, coding, summarising, writing, measuring };
 const char* to_string(BuildStage stage);
 
 struct BuildProgress {
@@ -67,6 +69,7 @@ struct BuildReport {
     std::uint64_t file_bytes = 0;
     std::uint64_t coded_diamonds = 0, zero_diamonds = 0;
     double max_error = 0, rms_error = 0;  // metres, at lattice points, rounding to the quantum included
+    std::optional<ErrorSummary> errors;   // at source samples, if they were measured
     double seconds = 0;
     std::vector<std::pair<BuildStage, double>> stage_seconds;
 };

@@ -91,6 +91,7 @@ class SourceStack {
     double base_height() const;
 
   private:
+    friend class SourceSamples;
     struct State;
     std::unique_ptr<State> state_;
 };

@@ -1,0 +1,42 @@
+// What a file says of how it was made: JSON in its header, without times, hosts or folders.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "carat/preprocess/build.hpp"
+#include "carat/preprocess/layer.hpp"
+#include "carat/preprocess/measure.hpp"
+
+namespace carat {
+
+// Places of greatest error that are recorded for each layer.
+inline constexpr std::size_t kRecordedPlaces = 5;
+
+// The provenance of a build, with the errors at source samples if they have been measured.
+std::string provenance_json(const BuildOptions& options, const BuildPlan& plan,
+                            const ErrorSummary* errors = nullptr);
+// Bytes that hold the same provenance with any errors.
+std::size_t measured_room(const std::string& provenance, const BuildPlan& plan);
+
+// A source file as a repository names it.
+struct RecordedFile {
+    std::string name;  // without folder
+    std::uint64_t bytes = 0, hash = 0;
+};
+// A layer as a repository names it.
+struct RecordedLayer {
+    LayerOptions options;  // names of files and geoid without their folders
+    std::vector<RecordedFile> files;
+};
+struct Provenance {
+    std::vector<RecordedLayer> layers;
+    double base_height = 0;
+    std::optional<ErrorSummary> errors;
+};
+// Throws Error(corrupt) if it is not what provenance_json() writes.
+Provenance parse_provenance(const std::string& json);
+
+}  // namespace carat
