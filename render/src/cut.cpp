@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <string>
 
 #include "carat/globe/error.hpp"
 #include "cut_graph.hpp"
+#include "half_bounds.hpp"
 #include "stopwatch.hpp"
 
 namespace carat {
@@ -34,10 +33,9 @@ class Selection {
           visibility_(visibility),
           threshold_(threshold),
           spacing_(spacing),
-          body_(visibility.body()),
           cells_(repository.header().cells()),
           deepest_(deepest_refinable_level(repository.header().log2_cells)),
-          rounding_(visibility.view().unit() * std::numbers::sqrt3 / 2),
+          survey_(repository, visibility.body()),
           graph_(repository) {}
 
     Cut run() {
@@ -84,28 +82,19 @@ class Selection {
     Outcome judge(CutHalf& h) const {
         const Half half = h.half();
         if (h.in_file) {
-            const HalfSummary s = repository_.summary(half);
-            const double spacing = h.node->in_file ? spacing_ : 0;
-            const Outcome outcome = judge(h, half, s.min_height, s.max_height, s.delta, spacing);
-            if (outcome == Outcome::settled || h.node->in_file) return outcome;
+            const bool demands = judge(h, survey_.by_summary(half, h.node->in_file));
+            if (!demands || h.node->in_file) return demands ? Outcome::demands : Outcome::settled;
         }
         if (h.heights.empty()) return Outcome::waits;
-        const HalfRange range = half_range(h.heights, cells_, repository_.header().quantum);
-        const Outcome outcome =
-            judge(h, half, range.min, range.max, leaf_delta(body_, half, range, cells_), 0);
-        return h.node->level < deepest_ ? outcome : Outcome::settled;
+        const bool demands = judge(h, survey_.by_heights(half, h.heights));
+        return demands && h.node->level < deepest_ ? Outcome::demands : Outcome::settled;
     }
 
-    Outcome judge(CutHalf& h, const Half& half, double min_height, double max_height, double delta,
-                  double spacing) const {
-        const HalfVolume volume = half_volume(body_, half, min_height, max_height, rounding_);
-        h.culled = visibility_.cull(volume);
-        h.error = h.culled == Culled::none ? visibility_.screen_error(volume, delta + rounding_) : 0;
-        if (h.error > threshold_) return Outcome::demands;
-        if (spacing == 0 || h.culled != Culled::none) return Outcome::settled;
-        const double on_screen =
-            visibility_.screen_spacing(volume, sample_spacing(body_, half.diamond, cells_));
-        return on_screen > spacing ? Outcome::demands : Outcome::settled;
+    bool judge(CutHalf& h, const HalfBounds& bounds) const {
+        const Judgement j = carat::judge(visibility_, threshold_, spacing_, bounds);
+        h.culled = j.culled;
+        h.error = j.error;
+        return j.demands;
     }
 
     void count(const CutHalf& h) {
@@ -186,9 +175,8 @@ class Selection {
     const Repository& repository_;
     const Visibility& visibility_;
     const double threshold_, spacing_;
-    const Ellipsoid& body_;
     const int cells_, deepest_;
-    const double rounding_;  // metres: how far a vertex in whole length units may lie from its point of S
+    const HalfSurvey survey_;
     CutGraph graph_;
     CutCounters counters_;
 };

@@ -7,20 +7,11 @@
 #include "carat/globe/patch.hpp"
 #include "carat/render/octahedral.hpp"
 #include "carat/render/patch_builder.hpp"
+#include "seam_normals.hpp"
 #include "vector.hpp"
 
 namespace carat {
 namespace {
-
-// An edge or a corner of a patch, named by a lattice point: the midpoint of an edge is the midpoint of no
-// other edge.
-struct Place {
-    LatticePoint point;
-    std::uint32_t patch = 0;
-    int part = 0;  // edge 0, 1, 2: a-b, b-x, x-a; or corner 0, 1, 2: a, b, x
-
-    friend auto operator<=>(const Place&, const Place&) = default;
-};
 
 // Vertices in storage order: r >= c, (0, 0) = a, (cells, cells) = b, (cells, 0) = x.
 struct Index {
@@ -51,7 +42,9 @@ Chain corner_neighbours(int part, const Index& v) {
     return {{{{v.r, 1}, {v.r - 1, 0}}}, 2};
 }
 
-PatchVertex& vertex_at(PatchMesh& mesh, const Index& v) { return mesh.vertices[half_vertex_index(v.r, v.c)]; }
+const PatchVertex& vertex_at(const PatchMesh& mesh, const Index& v) {
+    return mesh.vertices[half_vertex_index(v.r, v.c)];
+}
 
 Vec3 relative(const PatchVertex& p, const PatchVertex& origin) {
     Vec3 v{};
@@ -62,7 +55,7 @@ Vec3 relative(const PatchVertex& p, const PatchVertex& origin) {
 // Points around a vertex, relative to it in length units, counter-clockwise seen from outside.
 class Ring {
   public:
-    void append(PatchMesh& mesh, const Index& vertex, const Chain& chain) {
+    void append(const PatchMesh& mesh, const Index& vertex, const Chain& chain) {
         for (int k = 0; k < chain.size; ++k) {
             const Index& neighbour =
                 chain.at[static_cast<std::size_t>(mesh.half.side == 0 ? k : chain.size - 1 - k)];
@@ -81,18 +74,12 @@ class Ring {
     std::size_t size_ = 0;
 };
 
-void set_normal(PatchMesh& mesh, const Index& v, Vec3 normal) {
-    PatchVertex& vertex = vertex_at(mesh, v);
-    // Heights beyond any planet may fold a ring to nothing: point outwards all the same.
+// Heights beyond any planet may fold a ring to nothing: its normal points outwards all the same.
+CodedNormal coded(Vec3 normal, const PatchMesh& mesh, const Index& v) {
     if (!(dot(normal, normal) > 0))
         for (std::size_t k = 0; k < 3; ++k)
-            normal[k] = static_cast<double>(mesh.anchor[k] + vertex.offset[k]);
-    vertex.normal = encode_octahedral(normal);
-}
-
-std::array<LatticePoint, 3> corner_points(const Half& half) {
-    const DiamondCorners d = corners(half.diamond);
-    return {d.a, d.b, d.x[static_cast<std::size_t>(half.side)]};
+            normal[k] = static_cast<double>(mesh.anchor[k] + vertex_at(mesh, v).offset[k]);
+    return encode_octahedral(normal);
 }
 
 LatticePoint midpoint(const LatticePoint& p, const LatticePoint& q) {
@@ -100,15 +87,85 @@ LatticePoint midpoint(const LatticePoint& p, const LatticePoint& q) {
     return narrow({sum.x / 2, sum.y / 2, sum.z / 2});
 }
 
+// Whether t counts from the edge's first end.
+bool ascending(const Half& half, int edge) {
+    const std::array<LatticePoint, 3> p = corner_points(half);
+    const auto part = static_cast<std::size_t>(edge);
+    return p[part] < p[(part + 1) % 3];
+}
+
+}  // namespace
+
+std::array<LatticePoint, 3> corner_points(const Half& half) {
+    const DiamondCorners d = corners(half.diamond);
+    return {d.a, d.b, d.x[static_cast<std::size_t>(half.side)]};
+}
+
+std::array<LatticePoint, 3> edge_midpoints(const Half& half) {
+    const std::array<LatticePoint, 3> p = corner_points(half);
+    return {midpoint(p[0], p[1]), midpoint(p[1], p[2]), midpoint(p[2], p[0])};
+}
+
+EdgePath::EdgePath(const Half& half, int edge, int cells)
+    : edge_(edge), cells_(cells), ascending_(ascending(half, edge)) {}
+
+std::uint32_t EdgePath::operator()(int t) const {
+    const Index v = edge_vertex(edge_, ascending_ ? t : cells_ - t, cells_);
+    return half_vertex_index(v.r, v.c);
+}
+
+std::uint32_t corner_vertex_index(int corner, int cells) {
+    const Index v = corner_vertex(corner, cells);
+    return half_vertex_index(v.r, v.c);
+}
+
+void edge_normals(int cells, std::span<const SeamUse> uses, std::span<CodedNormal> out) {
+    std::array<bool, 2> up{};
+    for (std::size_t k = 0; k < uses.size(); ++k) up[k] = ascending(uses[k].mesh->half, uses[k].part);
+    for (int t = 1; t < cells; ++t) {
+        Ring ring;
+        Index v{};
+        for (std::size_t k = 0; k < uses.size(); ++k) {
+            v = edge_vertex(uses[k].part, up[k] ? t : cells - t, cells);
+            ring.append(*uses[k].mesh, v, edge_neighbours(uses[k].part, v));
+        }
+        out[static_cast<std::size_t>(t - 1)] = coded(ring.area(uses.size() == 2), *uses.back().mesh, v);
+    }
+}
+
+CodedNormal corner_normal(int cells, std::span<const SeamUse> uses) {
+    Vec3 normal{};
+    Index v{};
+    for (const SeamUse& use : uses) {
+        Ring ring;
+        v = corner_vertex(use.part, cells);
+        ring.append(*use.mesh, v, corner_neighbours(use.part, v));
+        normal = add(normal, ring.area(false));
+    }
+    return coded(normal, *uses.back().mesh, v);
+}
+
+namespace {
+
+// An edge or corner of a patch, named by its midpoint or place.
+struct Place {
+    LatticePoint point;
+    std::uint32_t patch = 0;
+    int part = 0;
+
+    friend auto operator<=>(const Place&, const Place&) = default;
+};
+
 class Stitch {
   public:
     Stitch(int cells, const std::vector<std::shared_ptr<PatchMesh>>& patches)
         : cells_(cells), patches_(patches) {
         for (std::uint32_t k = 0; k < patches.size(); ++k) {
-            const std::array<LatticePoint, 3> p = corner_points(patches[k]->half);
-            for (const std::size_t part : {0u, 1u, 2u}) {
-                edges_.push_back({midpoint(p[part], p[(part + 1) % 3]), k, static_cast<int>(part)});
-                corners_.push_back({p[part], k, static_cast<int>(part)});
+            const std::array<LatticePoint, 3> ends = corner_points(patches[k]->half),
+                                              middles = edge_midpoints(patches[k]->half);
+            for (const int part : {0, 1, 2}) {
+                edges_.push_back({middles[static_cast<std::size_t>(part)], k, part});
+                corners_.push_back({ends[static_cast<std::size_t>(part)], k, part});
             }
         }
         std::sort(edges_.begin(), edges_.end());
@@ -133,36 +190,27 @@ class Stitch {
         });
     }
 
-    PatchMesh& mesh(const Place& place) const { return *patches_[place.patch]; }
-
-    // Both patches' vertex t steps from the lexicographically smaller end of their common edge.
-    Index vertex(const Place& edge, int t) const {
-        const std::array<LatticePoint, 3> p = corner_points(mesh(edge).half);
-        const auto part = static_cast<std::size_t>(edge.part);
-        return edge_vertex(edge.part, p[part] < p[(part + 1) % 3] ? t : cells_ - t, cells_);
+    std::vector<SeamUse> uses(std::span<const Place> group) const {
+        std::vector<SeamUse> out;
+        for (const Place& p : group) out.push_back({patches_[p.patch].get(), p.part});
+        return out;
     }
 
     void stitch_edge(std::span<const Place> edge) const {
-        for (int t = 1; t < cells_; ++t) {
-            Ring ring;
-            for (const Place& e : edge) {
-                const Index v = vertex(e, t);
-                ring.append(mesh(e), v, edge_neighbours(e.part, v));
-            }
-            const Vec3 normal = ring.area(edge.size() == 2);
-            for (const Place& e : edge) set_normal(mesh(e), vertex(e, t), normal);
+        std::vector<CodedNormal> normals(static_cast<std::size_t>(cells_ - 1));
+        edge_normals(cells_, uses(edge), normals);
+        for (const Place& e : edge) {
+            PatchMesh& mesh = *patches_[e.patch];
+            const EdgePath path(mesh.half, e.part, cells_);
+            for (int t = 1; t < cells_; ++t)
+                mesh.vertices[path(t)].normal = normals[static_cast<std::size_t>(t - 1)];
         }
     }
 
     void stitch_corner(std::span<const Place> corner) const {
-        Vec3 normal{};
-        for (const Place& c : corner) {
-            Ring ring;
-            const Index v = corner_vertex(c.part, cells_);
-            ring.append(mesh(c), v, corner_neighbours(c.part, v));
-            normal = add(normal, ring.area(false));
-        }
-        for (const Place& c : corner) set_normal(mesh(c), corner_vertex(c.part, cells_), normal);
+        const CodedNormal normal = corner_normal(cells_, uses(corner));
+        for (const Place& c : corner)
+            patches_[c.patch]->vertices[corner_vertex_index(c.part, cells_)].normal = normal;
     }
 
     const int cells_;
@@ -174,6 +222,18 @@ class Stitch {
 
 void stitch_normals(int cells, const std::vector<std::shared_ptr<PatchMesh>>& patches) {
     Stitch(cells, patches).run();
+}
+
+void face_rim_normals(int cells, PatchMesh& mesh) {
+    std::vector<CodedNormal> normals(static_cast<std::size_t>(cells - 1));
+    for (const int part : {0, 1, 2}) {
+        const SeamUse use{&mesh, part};
+        edge_normals(cells, {&use, 1}, normals);
+        const EdgePath path(mesh.half, part, cells);
+        for (int t = 1; t < cells; ++t)
+            mesh.vertices[path(t)].normal = normals[static_cast<std::size_t>(t - 1)];
+        mesh.vertices[corner_vertex_index(part, cells)].normal = corner_normal(cells, {&use, 1});
+    }
 }
 
 }  // namespace carat

@@ -1,55 +1,200 @@
 #include "carat/render/refiner.hpp"
 
-#include "carat/render/draw_list.hpp"
+#include <algorithm>
+#include <thread>
+
+#include "carat/globe/error.hpp"
+#include "refiner_state.hpp"
 #include "stopwatch.hpp"
+#include "thread_priority.hpp"
 
 namespace carat {
+namespace {
 
-class Refiner::State {
-  public:
-    explicit State(std::shared_ptr<const Repository> repository) : repository_(std::move(repository)) {}
+int worker_count(int threads) {
+    return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
 
-    RefinedFrame frame(const View& view, const RefineGoal& goal) {
-        RefinedFrame out;
-        const Stopwatch watch(out.counters.total_ms);
-        DrawList list = converged_cut(*repository_, view, goal.threshold, goal.spacing);
-        out.upload = list.meshes;  // every frame makes new mesh objects
-        out.draw = std::move(list.meshes);
-        out.converged = true;
-        count(list.counters, out);
-        return out;
+ReadCounters difference(const ReadCounters& after, const ReadCounters& before) {
+    return {after.pages - before.pages, after.bytes - before.bytes,
+            after.diamonds_decoded - before.diamonds_decoded, after.diamonds_zero - before.diamonds_zero};
+}
+
+std::chrono::nanoseconds nanoseconds(double milliseconds) {
+    return std::chrono::nanoseconds(static_cast<std::int64_t>(milliseconds * 1e6));
+}
+
+void check(bool ok, const char* what) {
+    if (!ok) throw Error(ErrorCode::usage, what);
+}
+
+}  // namespace
+
+Refiner::State::State(std::shared_ptr<const Repository> repository, const RefinerOptions& options)
+    : repository_(std::move(repository)),
+      options_(options),
+      body_(repository_->header().ellipsoid()),
+      cells_(repository_->header().cells()),
+      unit_(length_unit(body_)),
+      maker_(*repository_, body_),
+      graph_(maker_),
+      seams_(cells_),
+      read_before_(repository_->counters()),
+      pool_(worker_count(options.threads), lower_thread_priority) {
+    for (const auto& n : graph_.nodes())
+        for (const LiveHalf& h : n->halves) live_bytes_ += bytes_of(h.data);
+}
+
+void Refiner::State::begin(const View& view, const RefineGoal& goal, const RefineBudget& budget) {
+    start_ = Clock::now();
+    check(view.unit() == unit_, "the view is of another body than the file");
+    check(goal.threshold > 0, "the threshold on screen must be positive");
+    check(goal.spacing >= 0, "the spacing on screen must not be negative");
+    check(budget.milliseconds > 0, "the time of a frame must be positive");
+    constexpr double kForEver = 1e8;  // more than a day
+    to_the_end_ = !(budget.milliseconds < kForEver);
+    direct_ = to_the_end_ && budget.upload_bytes == std::numeric_limits<std::size_t>::max();
+    end_ = to_the_end_ ? Clock::time_point::max() : start_ + nanoseconds(budget.milliseconds);
+    // What refinement leaves: a twentieth for border normals, and the lists.
+    const double reserve = std::min(0.4 * budget.milliseconds, 0.05 * budget.milliseconds + 1.5 * finish_ms_);
+    deadline_ = to_the_end_ ? end_ : end_ - nanoseconds(reserve);
+    ++frame_;
+    goal_ = goal;
+    upload_left_ = budget.upload_bytes;
+    full_ = false;
+    counters_ = {};
+    candidates_ = {};
+    missing_.clear();
+    requested_.clear();
+    posted_.clear();
+    const RepositoryHeader& header = repository_->header();
+    visibility_ = std::make_shared<const Visibility>(view, body_, header.min_height * header.quantum,
+                                                     header.max_height * header.quantum, goal.threshold);
+}
+
+RefinedFrame Refiner::State::frame(const View& view, const RefineGoal& goal, const RefineBudget& budget) {
+    begin(view, goal, budget);
+    pool_.drop_unstarted();
+    {
+        const Stopwatch watch(counters_.selection_ms);
+        collect(pool_.take());
+        select();
     }
+    refine_until_deadline();
+    collect(pool_.take());
+    cover_missing_meshes();
+    cache_.shrink(options_.bytes - std::min(options_.bytes, live_bytes_));
+    return finish();
+}
 
-  private:
-    static void count(const CutCounters& cut, RefinedFrame& out) {
-        RefineCounters& c = out.counters;
-        c.refined = cut.refined;
-        c.virtual_refined = cut.virtual_refined;
-        c.patches = cut.patches;
-        c.triangles = cut.triangles;
-        c.limited = cut.limited;
-        c.worst_error = cut.worst_error;
-        c.uploads = out.upload.size();
-        for (const auto& mesh : out.upload) c.upload_bytes += mesh->vertices.size() * sizeof(PatchVertex);
-        c.decoded = cut.read.diamonds_decoded;
-        c.predicted = cut.read.diamonds_zero;
-        c.virtual_decoded = cut.virtual_refined;
-        c.built = cut.patches;
-        c.selection_ms = cut.selection_ms;
-        c.decode_ms = cut.decode_ms;
-        c.build_ms = cut.build_ms;
-        c.read = cut.read;
+void Refiner::State::refine_until_deadline() {
+    do {
+        const Stopwatch watch(counters_.selection_ms);
+        refine_candidates();
+        coarsen_unneeded();
+        request_missing_meshes();
+        pool_.add(std::exchange(posted_, {}));
+    } while (!time_is_up() && wait_for_work());
+}
+
+// Patches that the frame draws from now on, and those it no longer does.
+void Refiner::State::sync_seams() {
+    for (std::size_t k = 0; k < graph_.nodes().size();) {
+        LiveNode& n = *graph_.nodes()[k];
+        if (!n.halves[0].exists && !n.halves[1].exists) {
+            graph_.remove_if_void(n);  // another node takes this place
+            continue;
+        }
+        ++k;
+        if (n.refined) continue;
+        for (LiveHalf& half : n.halves) {
+            const bool drawn = half.exists && half.visible();
+            if (drawn && !half.in_seams) seams_.add(half);
+            if (!drawn && half.in_seams) seams_.remove(half);
+        }
     }
+}
 
-    std::shared_ptr<const Repository> repository_;
-};
+RefinedFrame Refiner::State::finish() {
+    RefinedFrame out;
+    double list_ms = 0;
+    {
+        const Stopwatch watch(list_ms);
+        sync_seams();
+    }
+    {
+        const Stopwatch watch(counters_.stitch_ms);
+        const auto until = to_the_end_ ? end_ : end_ - nanoseconds(finish_ms_);
+        seams_.stitch(until, std::max<std::uint64_t>(1, upload_left_ / maker_.mesh_bytes()));
+    }
+    {
+        const Stopwatch watch(list_ms);
+        list_patches(out);
+        count(out);
+    }
+    // Rises at once, falls slowly.
+    finish_ms_ = std::max(list_ms, finish_ms_ + 0.1 * (list_ms - finish_ms_));
+    out.counters = counters_;
+    out.counters.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
+    return out;
+}
 
-Refiner::Refiner(std::shared_ptr<const Repository> repository, const RefinerOptions&)
-    : state_(std::make_unique<State>(std::move(repository))) {}
+void Refiner::State::list_patches(RefinedFrame& out) {
+    std::vector<LiveHalf*> drawn;
+    drawn.reserve(drawn_);
+    for (const auto& n : graph_.nodes()) {
+        if (n->refined) continue;
+        for (LiveHalf& half : n->halves) {
+            if (!half.exists) continue;
+            if (half.judgement.culled == Culled::frustum) ++counters_.culled_frustum;
+            if (half.judgement.culled == Culled::horizon) ++counters_.culled_horizon;
+            if (half.visible()) drawn.push_back(&half);
+        }
+    }
+    std::sort(drawn.begin(), drawn.end(),
+              [](const LiveHalf* l, const LiveHalf* r) { return l->half() < r->half(); });
+    out.draw.reserve(drawn.size());
+    auto before = previous_.begin();
+    for (LiveHalf* half : drawn) {
+        half->data.published = true;
+        out.draw.push_back(half->data.mesh);
+        while (before != previous_.end() && (*before)->half < half->half()) ++before;
+        if (before == previous_.end() || *before != half->data.mesh) out.upload.push_back(half->data.mesh);
+        counters_.worst_error = std::max(counters_.worst_error, half->judgement.error);
+        if (half->judgement.error > goal_.threshold && !half->judgement.demands) ++counters_.limited;
+    }
+    previous_ = out.draw;
+}
+
+void Refiner::State::count(RefinedFrame& out) {
+    RefineCounters& c = counters_;
+    std::uint64_t wanting = 0, too_many = 0;
+    for (const auto& n : graph_.nodes()) {
+        if (n->refined && !n->by_file()) ++c.virtual_refined;
+        if (n->needed == frame_ && !n->refined) ++wanting;
+        if (n->refined && n->needed != frame_) ++too_many;
+    }
+    c.refined = graph_.refined();
+    c.patches = out.draw.size();
+    c.triangles = c.patches * static_cast<std::uint64_t>(cells_) * static_cast<std::uint64_t>(cells_);
+    c.uploads = out.upload.size();
+    c.upload_bytes = c.uploads * maker_.mesh_bytes();
+    c.unstitched = seams_.pending();
+    c.waiting = wanting;
+    c.bytes = live_bytes_ + cache_.bytes();
+    const ReadCounters read = repository_->counters();
+    c.read = difference(read, std::exchange(read_before_, read));
+    c.decoded = c.read.diamonds_decoded;
+    c.predicted = c.read.diamonds_zero;
+    out.converged = wanting == 0 && too_many == 0 && c.unstitched == 0;
+}
+
+Refiner::Refiner(std::shared_ptr<const Repository> repository, const RefinerOptions& options)
+    : state_(std::make_unique<State>(std::move(repository), options)) {}
 Refiner::~Refiner() = default;
 
-RefinedFrame Refiner::frame(const View& view, const RefineGoal& goal, const RefineBudget&) {
-    return state_->frame(view, goal);
+RefinedFrame Refiner::frame(const View& view, const RefineGoal& goal, const RefineBudget& budget) {
+    return state_->frame(view, goal, budget);
 }
 
 }  // namespace carat

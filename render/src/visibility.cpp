@@ -28,18 +28,20 @@ double least_distance(const Vec3& eye, const HalfVolume& volume) {
     return distance;
 }
 
-// Greatest angle off the axis in the volume, if all of it lies before the eye; the cone of a given half-angle
-// below 90 degrees is convex, so it contains the hull if it contains the (widened) points.
-double greatest_angle(const View& view, const HalfVolume& volume) {
-    double angle = 0;
+// Cosine of the greatest angle off the axis in the volume, and of that of the image corners where they are
+// nearer or not all of the volume lies before the eye. The cone of a given half-angle below 90 degrees is
+// convex, so it contains the hull if it contains the (widened) points: angle(v) + asin(slack / |v|) by the
+// addition theorem, without a trigonometric call.
+double least_cosine(const View& view, double corner_cosine, const HalfVolume& volume) {
+    double cosine = 1;
     for (const Vec3& p : volume.points) {
         const Vec3 v = view.to_screen_axes(p);
-        const double distance = length(v);
-        if (v[2] <= volume.slack || distance <= volume.slack) return view.corner_angle();
-        angle =
-            std::max(angle, std::atan2(std::hypot(v[0], v[1]), v[2]) + std::asin(volume.slack / distance));
+        const double square = dot(v, v), away = square - volume.slack * volume.slack;
+        if (v[2] <= volume.slack || away <= 0) return corner_cosine;
+        const double across = std::sqrt(v[0] * v[0] + v[1] * v[1]);
+        cosine = std::min(cosine, (v[2] * std::sqrt(away) - across * volume.slack) / square);
     }
-    return std::min(angle, view.corner_angle());
+    return std::max(cosine, corner_cosine);
 }
 
 }  // namespace
@@ -75,7 +77,7 @@ HalfVolume half_volume(const Ellipsoid& body, const Half& half, double min_heigh
 // iterating from above, from a t_max that no lowering exceeds, every iterate is a valid D.
 Visibility::Visibility(const View& view, const Ellipsoid& body, double min_height, double max_height,
                        double margin_pixels)
-    : view_(view), body_(body) {
+    : view_(view), body_(body), corner_cosine_(std::cos(view.corner_angle())) {
     const double a = body.a(), b = body.b(), eye = length(view.eye());
     const double summit = a + std::max(0.0, max_height), lowest = std::max(0.0, -min_height);
     const auto tangent = [](double from, double radius) {
@@ -141,11 +143,10 @@ bool Visibility::below_horizon(const HalfVolume& volume) const {
 // drawn.
 double Visibility::screen_error(const HalfVolume& volume, double delta) const {
     const double z_volume = least_along(view_.camera().forward, view_.eye(), volume);
-    const double z_on_screen =
-        std::max(z_volume, least_distance(view_.eye(), volume) * std::cos(view_.corner_angle()));
+    const double z_on_screen = std::max(z_volume, least_distance(view_.eye(), volume) * corner_cosine_);
     if (z_on_screen <= delta) return kInfinity;
     const double z_other = std::max(z_volume, z_on_screen - delta);
-    return view_.focal_pixels() * delta / (std::cos(greatest_angle(view_, volume)) * z_other);
+    return view_.focal_pixels() * delta / (least_cosine(view_, corner_cosine_, volume) * z_other);
 }
 
 double Visibility::screen_spacing(const HalfVolume& volume, double spacing) const {

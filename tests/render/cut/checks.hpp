@@ -22,7 +22,8 @@ void expect_conforming(const Cut& cut);
 
 // A vertex has one position, one normal and one height, whichever patch draws it, and every vertex on an edge
 // between two drawn patches is a vertex of both. Returns how often a vertex was met again.
-std::uint64_t expect_watertight(const DrawList& list, int cells);
+// normals: that too; false leaves them out, for a list whose border normals are not stitched yet.
+std::uint64_t expect_watertight(const DrawList& list, int cells, bool normals = true);
 
 struct Seen {
     std::uint64_t tested = 0;

@@ -43,4 +43,7 @@ class PatchBuilder {
 // threads of the current TBB arena.
 void stitch_normals(int cells, const std::vector<std::shared_ptr<PatchMesh>>& patches);
 
+// Sets them as if the patch had no neighbours: good enough to be drawn until they can be stitched.
+void face_rim_normals(int cells, PatchMesh& mesh);
+
 }  // namespace carat

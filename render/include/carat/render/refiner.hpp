@@ -54,7 +54,8 @@ struct RefineCounters {
     std::uint64_t limited = 0;                 // drawn patches above the threshold with nothing finer
     double worst_error = 0;                    // pixels, greatest error bound among the drawn patches
     // This frame.
-    std::uint64_t installed = 0, coarsened = 0;   // diamonds that entered and left the cut
+    std::uint64_t installed = 0, coarsened = 0;  // diamonds that entered and left the cut
+    std::uint64_t forced_coarse = 0;  // times that a coarser patch stood in for one not built in time
     std::uint64_t uploads = 0, upload_bytes = 0;  // meshes new to the draw list
     std::uint64_t unstitched = 0;  // drawn patches whose border normals still see one side only
     std::uint64_t waiting = 0;     // diamonds requested and not yet there

@@ -55,6 +55,7 @@ class Visibility {
 
     View view_;
     Ellipsoid body_;
+    double corner_cosine_;
     double horizon_depth_ = 0;
     bool has_horizon_ = false;
     // Space scaled so that the lowered ellipsoid is the unit sphere; radius of a unit ball of metres there.

@@ -1,0 +1,58 @@
+#include "half_bounds.hpp"
+
+#include <numbers>
+
+#include "carat/globe/bounds.hpp"
+#include "carat/render/cut.hpp"
+
+namespace carat {
+
+HalfSurvey::HalfSurvey(const Repository& repository, const Ellipsoid& body)
+    : repository_(repository),
+      body_(body),
+      cells_(repository.header().cells()),
+      quantum_(repository.header().quantum),
+      rounding_(length_unit(body_) * std::numbers::sqrt3 / 2) {}
+
+HalfBounds HalfSurvey::by_summary(const Half& half, bool refined_by_file) const {
+    const HalfSummary s = repository_.summary(half);
+    return {half_volume(body_, half, s.min_height, s.max_height, rounding_), s.delta + rounding_,
+            refined_by_file ? sample_spacing(body_, half.diamond, cells_) : 0};
+}
+
+HalfBounds HalfSurvey::by_heights(const Half& half, const HalfHeights& heights) const {
+    const HalfRange range = half_range(heights, cells_, quantum_);
+    return {half_volume(body_, half, range.min, range.max, rounding_),
+            leaf_delta(body_, half, range, cells_) + rounding_, 0};
+}
+
+HalfFacts HalfSurvey::facts(const Half& half, bool in_file, bool refined_by_file,
+                            const HalfHeights& heights) const {
+    HalfFacts facts;
+    if (in_file) facts.stored = by_summary(half, refined_by_file);
+    if (!refined_by_file) facts.own = by_heights(half, heights);
+    return facts;
+}
+
+Judgement judge(const Visibility& visibility, double threshold, double spacing, const HalfBounds& bounds) {
+    Judgement j;
+    j.culled = visibility.cull(bounds.volume);
+    if (j.culled != Culled::none) return j;
+    j.error = visibility.screen_error(bounds.volume, bounds.delta);
+    j.demands = j.error > threshold || (spacing > 0 && bounds.spacing > 0 &&
+                                        visibility.screen_spacing(bounds.volume, bounds.spacing) > spacing);
+    return j;
+}
+
+Judgement judge(const Visibility& visibility, double threshold, double spacing, const HalfFacts& facts,
+                bool may_refine) {
+    if (facts.stored) {
+        const Judgement j = judge(visibility, threshold, spacing, *facts.stored);
+        if (!j.demands || !facts.own) return j;
+    }
+    Judgement j = judge(visibility, threshold, 0, *facts.own);
+    j.demands = j.demands && may_refine;
+    return j;
+}
+
+}  // namespace carat

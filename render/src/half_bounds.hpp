@@ -1,0 +1,55 @@
+// What is known of a half whatever the view, and how a view judges it.
+#pragma once
+
+#include <optional>
+
+#include "carat/codec/repository.hpp"
+#include "carat/render/half_heights.hpp"
+#include "carat/render/visibility.hpp"
+
+namespace carat {
+
+// True bounds of the flat patch of a half and of the surface S beneath it; metres.
+struct HalfBounds {
+    HalfVolume volume;
+    double delta = 0;    // of the distance between patch and S, the rounding of vertices included
+    double spacing = 0;  // of samples, in the mean; 0 if the file has no finer ones
+};
+
+struct HalfFacts {
+    std::optional<HalfBounds> stored;  // by the file's summary: halves of the file
+    std::optional<HalfBounds> own;     // by its own heights: halves that the file does not refine
+};
+
+struct Judgement {
+    Culled culled = Culled::none;
+    double error = 0;  // pixels; 0 if culled
+    bool demands = false;
+};
+
+// Makes HalfFacts of one file. Thread-safe.
+class HalfSurvey {
+  public:
+    HalfSurvey(const Repository& repository, const Ellipsoid& body);
+
+    HalfBounds by_summary(const Half& half, bool refined_by_file) const;
+    HalfBounds by_heights(const Half& half, const HalfHeights& heights) const;
+    HalfFacts facts(const Half& half, bool in_file, bool refined_by_file, const HalfHeights& heights) const;
+
+    // Metres: how far a vertex in whole length units may lie from its point of S.
+    double rounding() const { return rounding_; }
+
+  private:
+    const Repository& repository_;
+    Ellipsoid body_;
+    int cells_;
+    double quantum_, rounding_;
+};
+
+// threshold, spacing: pixels.
+Judgement judge(const Visibility& visibility, double threshold, double spacing, const HalfBounds& bounds);
+// may_refine: the half is above the deepest level.
+Judgement judge(const Visibility& visibility, double threshold, double spacing, const HalfFacts& facts,
+                bool may_refine);
+
+}  // namespace carat

@@ -1,0 +1,92 @@
+#include "refinement.hpp"
+
+#include "carat/globe/patch.hpp"
+#include "carat/render/cut.hpp"
+#include "stopwatch.hpp"
+
+namespace carat {
+
+std::uint64_t bytes_of(const ChildHalf& child) {
+    std::uint64_t bytes = sizeof(ChildHalf) + sizeof(HalfFacts);
+    if (child.heights) bytes += child.heights->size() * sizeof(HalfHeights::value_type);
+    if (child.mesh) bytes += child.mesh->vertices.size() * sizeof(PatchVertex);
+    return bytes;
+}
+
+RefinementMaker::RefinementMaker(const Repository& repository, const Ellipsoid& body)
+    : repository_(repository),
+      survey_(repository, body),
+      builder_(body, repository.header().quantum, repository.header().cells()),
+      cells_(repository.header().cells()),
+      deepest_(deepest_refinable_level(repository.header().log2_cells)) {}
+
+std::uint64_t RefinementMaker::mesh_bytes() const {
+    return std::uint64_t{half_vertex_count(cells_)} * sizeof(PatchVertex);
+}
+
+void RefinementMaker::add_facts(ChildHalf& child, bool in_file, int level) const {
+    child.refined_by_file =
+        in_file && level < repository_.header().deepest_level && repository_.refined(child.half.diamond);
+    child.facts = std::make_shared<const HalfFacts>(
+        survey_.facts(child.half, in_file, child.refined_by_file, *child.heights));
+}
+
+std::array<ChildHalf, 2> RefinementMaker::face(int face) const {
+    std::array<HalfHeights, 2> heights = split(repository_.root(face));
+    std::array<ChildHalf, 2> out;
+    WorkTimes times;
+    for (const std::size_t side : {0u, 1u}) {
+        ChildHalf& half = out[side];
+        half.half = {root_diamond(face), static_cast<int>(side)};
+        half.heights = std::make_shared<const HalfHeights>(std::move(heights[side]));
+        add_facts(half, true, 0);
+        half.mesh = build(half.half, *half.heights, times);
+    }
+    return out;
+}
+
+bool RefinementMaker::wanted(const MeshWish& wish, const ChildHalf& child, int level) const {
+    if (!wish.visibility) return false;
+    const Judgement j = judge(*wish.visibility, wish.threshold, wish.spacing, *child.facts, level < deepest_);
+    return (wish.culled_too || j.culled == Culled::none) && !(wish.final_only && j.demands);
+}
+
+std::unique_ptr<Refinement> RefinementMaker::refine(const RefineWork& work, WorkTimes& times) const {
+    auto out = std::make_unique<Refinement>();
+    out->id = work.id;
+    out->by_file = work.by_file;
+    {
+        const Stopwatch watch(times.decode_ms);
+        const auto gather = [&](const auto& refined) {
+            for (const int side : {0, 1})
+                for (const int leg : {0, 1}) {
+                    ChildHalf& child = out->children[static_cast<std::size_t>(2 * side + leg)];
+                    child.half = child_halves({work.id, side})[static_cast<std::size_t>(leg)];
+                    child.heights =
+                        std::make_shared<const HalfHeights>(gather_child(refined, work.id, child.half));
+                    add_facts(child, work.by_file, work.level + 1);
+                }
+        };
+        if (work.by_file) {
+            RefinedHeights refined;
+            repository_.refine(work.id, whole_heights(*work.heights[0], *work.heights[1], cells_), refined);
+            gather(refined);
+        } else {
+            gather(refine_virtually(*work.heights[0], *work.heights[1], cells_));
+        }
+    }
+    for (ChildHalf& child : out->children)
+        if (wanted(work.wish, child, work.level + 1)) child.mesh = build(child.half, *child.heights, times);
+    return out;
+}
+
+std::shared_ptr<PatchMesh> RefinementMaker::build(const Half& half, const HalfHeights& heights,
+                                                  WorkTimes& times) const {
+    const Stopwatch watch(times.build_ms);
+    ++times.built;
+    std::shared_ptr<PatchMesh> mesh = builder_.build(half, heights);
+    face_rim_normals(cells_, *mesh);
+    return mesh;
+}
+
+}  // namespace carat

@@ -1,0 +1,36 @@
+// Refinements that are not in the cut: made ahead, late, or coarsened away. Least recently used first out.
+#pragma once
+
+#include <list>
+#include <memory>
+#include <unordered_map>
+
+#include "refinement.hpp"
+
+namespace carat {
+
+class RefinementCache {
+  public:
+    bool contains(DiamondId id) const { return by_id_.contains(id); }
+    // Null if there is none; else it is now the most recently used.
+    Refinement* find(DiamondId id);
+    // Replaces one of the same diamond.
+    void insert(std::unique_ptr<Refinement> refinement);
+    std::unique_ptr<Refinement> extract(DiamondId id);
+
+    std::uint64_t bytes() const { return bytes_; }
+    // To be called when a mesh has been added to a refinement in here.
+    void grew(std::uint64_t bytes) { bytes_ += bytes; }
+    // Lets go of the least recently used until at most this much is left.
+    void shrink(std::uint64_t bytes);
+
+  private:
+    using Entries = std::list<std::unique_ptr<Refinement>>;  // most recently used first
+    Entries entries_;
+    std::unordered_map<DiamondId, Entries::iterator, DiamondIdHash> by_id_;
+    std::uint64_t bytes_ = 0;
+};
+
+std::uint64_t bytes_of(const Refinement& refinement);
+
+}  // namespace carat

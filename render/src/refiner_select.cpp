@@ -1,0 +1,81 @@
+#include <algorithm>
+
+#include "refiner_state.hpp"
+
+namespace carat {
+
+bool Refiner::State::Candidate::operator<(const Candidate& other) const {
+    if (priority != other.priority) return priority < other.priority;
+    if (level != other.level) return level > other.level;
+    return id > other.id;
+}
+
+// The least cut for the view, as far as its halves exist: from the faces down, a half that demands refinement
+// needs its diamond refined, and a diamond needs both parents refined.
+void Refiner::State::select() {
+    std::vector<LiveHalf*> faces;
+    for (int face = 0; face < kFaces; ++face)
+        for (LiveHalf& half : graph_.find(root_diamond(face))->halves) faces.push_back(&half);
+    work_through(std::move(faces));
+
+    drawn_ = 0;
+    unneeded_.clear();
+    for (const auto& n : graph_.nodes()) {
+        if (n->refined && n->needed != frame_) unneeded_.push_back(n->id);
+        if (n->refined) continue;
+        for (LiveHalf& half : n->halves) {
+            if (!half.exists) continue;
+            if (half.judged != frame_) judge(half);
+            enter_frontier(half);
+        }
+    }
+    std::sort(unneeded_.begin(), unneeded_.end(), [this](DiamondId l, DiamondId r) {
+        return std::pair(-graph_.find(l)->level, l) < std::pair(-graph_.find(r)->level, r);
+    });
+}
+
+void Refiner::State::work_through(std::vector<LiveHalf*> halves) {
+    while (!halves.empty()) {
+        LiveHalf& half = *halves.back();
+        halves.pop_back();
+        judge(half);
+        if (half.judgement.demands)
+            need(*half.node, std::min(half.judgement.error, kGreatestPriority), halves);
+    }
+}
+
+void Refiner::State::need(LiveNode& n, double priority, std::vector<LiveHalf*>& new_halves) {
+    const bool first = n.needed != frame_;
+    if (!first && n.priority >= priority) return;
+    n.priority = priority;
+    n.needed = frame_;
+    if (n.level > 0)
+        for (const int side : {0, 1})
+            need(graph_.node(*parent(n.id, side), n.level - 1), priority, new_halves);
+    if (!n.refined && n.complete()) candidates_.push({priority, n.level, n.id});
+    if (n.refined && first) new_halves.insert(new_halves.end(), n.child_halves.begin(), n.child_halves.end());
+}
+
+Judgement Refiner::State::judge(const ChildHalf& child, int level) const {
+    return carat::judge(*visibility_, goal_.threshold, goal_.spacing, *child.facts, level < maker_.deepest());
+}
+
+void Refiner::State::judge(LiveHalf& half) {
+    half.judgement = judge(half.data, half.node->level);
+    half.judged = frame_;
+}
+
+void Refiner::State::enter_frontier(LiveHalf& half) {
+    if (!half.visible()) return;
+    ++drawn_;
+    if (!half.data.mesh) missing_.insert(half.half());
+}
+
+void Refiner::State::leave_frontier(LiveHalf& half) {
+    if (half.in_seams) seams_.remove(half);
+    if (!half.visible()) return;
+    --drawn_;
+    missing_.erase(half.half());
+}
+
+}  // namespace carat

@@ -1,0 +1,121 @@
+// The frame loop of a Refiner.
+#pragma once
+
+#include <chrono>
+#include <queue>
+#include <unordered_set>
+
+#include "carat/render/refiner.hpp"
+#include "live_graph.hpp"
+#include "refinement_cache.hpp"
+#include "seams.hpp"
+#include "worker_pool.hpp"
+
+namespace carat {
+
+class Refiner::State {
+  public:
+    State(std::shared_ptr<const Repository> repository, const RefinerOptions& options);
+
+    RefinedFrame frame(const View& view, const RefineGoal& goal, const RefineBudget& budget);
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    static constexpr double kUrgent = 1e12;           // priority of meshes that the frame cannot do without
+    static constexpr double kGreatestPriority = 1e9;  // of errors, which may be infinite
+    static constexpr std::uint64_t kGrace = 10;       // frames that keep what they no longer need
+    struct WorkResult {
+        std::unique_ptr<Refinement> refinement;
+        std::shared_ptr<PatchMesh> mesh;
+        WorkTimes times;
+    };
+    using Pool = WorkerPool<WorkResult>;
+    // A diamond to refine: greatest error first, coarse before fine.
+    struct Candidate {
+        double priority;
+        int level;
+        DiamondId id;
+        bool operator<(const Candidate& other) const;
+    };
+
+    // refiner.cpp: a frame from its parts.
+    void begin(const View& view, const RefineGoal& goal, const RefineBudget& budget);
+    void refine_until_deadline();
+    RefinedFrame finish();
+    void sync_seams();
+    void list_patches(RefinedFrame& out);
+    void count(RefinedFrame& out);
+
+    // refiner_select.cpp: which diamonds the view needs refined, in the cut as it is.
+    void select();
+    void work_through(std::vector<LiveHalf*> halves);
+    void need(LiveNode& n, double priority, std::vector<LiveHalf*>& new_halves);
+    void judge(LiveHalf& half);
+    Judgement judge(const ChildHalf& child, int level) const;
+    void enter_frontier(LiveHalf& half);  // precondition: judged
+    void leave_frontier(LiveHalf& half);
+
+    // refiner_change.cpp: refining and coarsening within the budgets.
+    enum class Step { done, waits, full };
+    void refine_candidates();
+    Step refine(LiveNode& n);
+    bool meshes_ready(const LiveNode& n, const Refinement& refinement);
+    bool within_uploads(const LiveNode& n, const Refinement& refinement) const;
+    bool within_budgets(const LiveNode& n, const Refinement& refinement) const;
+    bool make_room(double priority);
+    void install(LiveNode& n);
+    void coarsen(LiveNode& n);
+    bool try_coarsen(LiveNode& n, double priority);
+    void coarsen_unneeded();
+    void coarsen_with_children(LiveNode& n);
+    void cover_missing_meshes();
+    void drop_inner_meshes();
+
+    // refiner_work.cpp: asking the workers, and what comes back.
+    void request(const LiveNode& n);
+    void request_mesh(const ChildHalf& child, double priority);
+    void request_missing_meshes();
+    bool wait_for_work();
+    void collect(std::vector<Pool::Done> results);
+    void take_refinement(std::unique_ptr<Refinement> refinement);
+    void take_mesh(std::shared_ptr<PatchMesh> mesh);
+
+    bool time_is_up() const { return Clock::now() >= deadline_; }
+
+    const std::shared_ptr<const Repository> repository_;
+    const RefinerOptions options_;
+    const Ellipsoid body_;
+    const int cells_;
+    const double unit_;
+    const RefinementMaker maker_;
+    LiveGraph graph_;
+    RefinementCache cache_;
+    Seams seams_;
+
+    // Of the current frame.
+    std::uint64_t frame_ = 0;
+    Clock::time_point start_, deadline_, end_;  // of refinement; of the frame
+    bool to_the_end_ = false;                   // no time limit: the least cut, nothing kept
+    bool direct_ = false;                       // moreover, no meshes for steps on the way
+    RefineGoal goal_;
+    std::uint64_t upload_left_ = 0;  // bytes
+    bool full_ = false;              // a budget other than time stopped refinement
+    std::shared_ptr<const Visibility> visibility_;
+    std::priority_queue<Candidate> candidates_;
+    std::vector<DiamondId> unneeded_;             // refined, fine before coarse
+    std::unordered_set<Half, HalfHash> missing_;  // frontier halves in sight without mesh
+    std::vector<Pool::Job> posted_;               // asked for, not yet in the pool
+    std::unordered_set<std::uint64_t> requested_;
+    std::uint64_t drawn_ = 0;  // frontier halves in sight
+    RefineCounters counters_;
+
+    // Of all frames.
+    std::uint64_t live_bytes_ = 0;  // in the graph
+    ReadCounters read_before_;
+    double finish_ms_ = 0.2;                                  // what a frame's end took lately
+    std::vector<std::shared_ptr<const PatchMesh>> previous_;  // drawn in the last frame, by half
+
+    Pool pool_;  // last: its threads use the members above
+};
+
+}  // namespace carat

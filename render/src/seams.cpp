@@ -1,0 +1,114 @@
+#include "seams.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace carat {
+
+Seams::Seams(int cells) : cells_(cells), normals_(static_cast<std::size_t>(cells - 1)) {}
+
+void Seams::spoil(Table& table, const LatticePoint& at, Seam& seam) {
+    if (seam.stale) return;
+    seam.stale = true;
+    ++pending_;
+    table.stale.push_back(at);
+}
+
+void Seams::add(Table& table, const LatticePoint& at, LiveHalf& half, int part) {
+    Seam& seam = table.seams[at];
+    const auto place = std::find_if(seam.uses.begin(), seam.uses.end(),
+                                    [&](const Use& u) { return half.half() < u.half->half(); });
+    seam.uses.insert(place, {&half, part});
+    spoil(table, at, seam);
+}
+
+void Seams::remove(Table& table, const LatticePoint& at, LiveHalf& half) {
+    const auto it = table.seams.find(at);
+    Seam& seam = it->second;
+    std::erase_if(seam.uses, [&](const Use& u) { return u.half == &half; });
+    if (!seam.uses.empty()) return spoil(table, at, seam);
+    if (seam.stale) --pending_;
+    table.seams.erase(it);
+}
+
+void Seams::add(LiveHalf& half) {
+    assert(half.data.mesh && !half.in_seams);
+    half.in_seams = true;
+    const std::array<LatticePoint, 3> middles = edge_midpoints(half.half()),
+                                      ends = corner_points(half.half());
+    for (const int part : {0, 1, 2}) {
+        add(edges_, middles[static_cast<std::size_t>(part)], half, part);
+        add(corners_, ends[static_cast<std::size_t>(part)], half, part);
+    }
+}
+
+void Seams::remove(LiveHalf& half) {
+    assert(half.in_seams);
+    half.in_seams = false;
+    for (const LatticePoint& p : edge_midpoints(half.half())) remove(edges_, p, half);
+    for (const LatticePoint& p : corner_points(half.half())) remove(corners_, p, half);
+}
+
+// A mesh that nobody else looks at.
+PatchMesh& Seams::own_mesh(LiveHalf& half) {
+    if (half.data.published) {
+        half.data.mesh = std::make_shared<PatchMesh>(*half.data.mesh);
+        half.data.published = false;
+        if (copies_ > 0) --copies_;
+    }
+    return *half.data.mesh;
+}
+
+void Seams::gather(const Seam& seam) {
+    uses_.clear();
+    for (const Use& u : seam.uses) uses_.push_back({u.half->data.mesh.get(), u.part});
+}
+
+void Seams::stitch_edge(const Seam& seam) {
+    gather(seam);
+    edge_normals(cells_, uses_, normals_);
+    for (const Use& u : seam.uses) {
+        const EdgePath path(u.half->half(), u.part, cells_);
+        const auto differs = [&](int t) {
+            return u.half->data.mesh->vertices[path(t)].normal != normals_[static_cast<std::size_t>(t - 1)];
+        };
+        int t = 1;
+        while (t < cells_ && !differs(t)) ++t;
+        if (t == cells_) continue;
+        PatchMesh& mesh = own_mesh(*u.half);
+        for (; t < cells_; ++t) mesh.vertices[path(t)].normal = normals_[static_cast<std::size_t>(t - 1)];
+    }
+}
+
+void Seams::stitch_corner(const Seam& seam) {
+    gather(seam);
+    const CodedNormal normal = corner_normal(cells_, uses_);
+    for (const Use& u : seam.uses) {
+        const std::uint32_t index = corner_vertex_index(u.part, cells_);
+        if (u.half->data.mesh->vertices[index].normal != normal)
+            own_mesh(*u.half).vertices[index].normal = normal;
+    }
+}
+
+template <class Stitch>
+bool Seams::work_through(Table& table, Clock::time_point deadline, Stitch stitch) {
+    while (!table.stale.empty()) {
+        if (copies_ == 0 || Clock::now() >= deadline) return false;
+        const LatticePoint at = table.stale.back();
+        table.stale.pop_back();
+        const auto it = table.seams.find(at);
+        if (it == table.seams.end() || !it->second.stale) continue;
+        stitch(it->second);
+        it->second.stale = false;
+        --pending_;
+    }
+    return true;
+}
+
+void Seams::stitch(Clock::time_point deadline, std::uint64_t copies) {
+    copies_ = copies;
+    if (work_through(edges_, deadline, [this](const Seam& seam) { stitch_edge(seam); }))
+        work_through(corners_, deadline, [this](const Seam& seam) { stitch_corner(seam); });
+}
+
+}  // namespace carat
