@@ -42,5 +42,6 @@ void add_verify(CLI::App& app, Globals& globals);
 void add_query(CLI::App& app, Globals& globals);
 void add_render(CLI::App& app, Globals& globals);
 void add_fly(CLI::App& app, Globals& globals);
+void add_bench(CLI::App& app, Globals& globals);
 
 }  // namespace carat::cli

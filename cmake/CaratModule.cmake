@@ -10,6 +10,7 @@ set(CARAT_ALLOWED_preprocess "globe;codec")
 set(CARAT_ALLOWED_render "globe;codec")
 set(CARAT_ALLOWED_vulkan "render;globe")
 set(CARAT_ALLOWED_synth "globe")
+set(CARAT_ALLOWED_bench "globe;codec;preprocess;render;synth")
 
 function(carat_flags target)
   target_compile_features(${target} PUBLIC cxx_std_20)
