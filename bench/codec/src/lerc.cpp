@@ -29,7 +29,7 @@ class Lerc : public TileCodec {
         const unsigned type = t.integer ? kShort : kFloat;
         Bytes out(t.bytes() * 2 + 4096);
         unsigned written = 0;
-        check(lerc_encode(samples(t), type, 1, t.width, t.height, 1, 0, nullptr, tolerance(),
+        check(lerc_encode(samples(t), type, 1, t.width, t.height, 1, 0, nullptr, safe_tolerance(),
                           reinterpret_cast<unsigned char*>(out.data()), static_cast<unsigned>(out.size()),
                           &written));
         out.resize(written);

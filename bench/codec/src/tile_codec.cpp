@@ -8,7 +8,16 @@
 
 namespace carat::bench {
 
-void TileCodec::prepare(const std::vector<Raster>&, double tolerance) { tolerance_ = tolerance; }
+void TileCodec::prepare(const std::vector<Raster>& tiles, double tolerance) {
+    tolerance_ = tolerance;
+    double greatest = 0;
+    for (const Raster& t : tiles)
+        for (const float x : t.real) greatest = std::max(greatest, std::abs(static_cast<double>(x)));
+    // Half a unit in the last place of at most |x| + tolerance, twice: samples and results are float32.
+    safe_tolerance_ = tiles.at(0).integer ? tolerance : tolerance - std::ldexp(greatest + tolerance, -23);
+    if (!(safe_tolerance_ > 0))
+        throw Error(ErrorCode::unsupported, "the tolerance is below the precision of float32");
+}
 
 std::size_t TileCodec::encode(const std::vector<Raster>& tiles) {
     coded_.resize(tiles.size());
@@ -26,13 +35,7 @@ void TileCodec::decode(std::vector<Raster>& tiles) {
 
 void QuantisedCodec::prepare(const std::vector<Raster>& tiles, double tolerance) {
     TileCodec::prepare(tiles, tolerance);
-    double greatest = 0;
-    for (const Raster& t : tiles)
-        for (const float x : t.real) greatest = std::max(greatest, std::abs(static_cast<double>(x)));
-    const bool integer = !tiles.empty() && tiles[0].integer;
-    // A reconstruction is rounded to float32: half a unit in the last place of at most |x| + tolerance.
-    step_ = integer ? 2 * std::floor(tolerance) + 1 : 2 * (tolerance - std::ldexp(greatest + tolerance, -24));
-    if (!(step_ > 0)) throw Error(ErrorCode::unsupported, "the tolerance is below the precision of float32");
+    step_ = tiles.at(0).integer ? 2 * std::floor(tolerance) + 1 : 2 * safe_tolerance();
 }
 
 Quantised QuantisedCodec::quantise(const Raster& tile) const {

@@ -21,9 +21,11 @@ class TileCodec : public Contestant {
     virtual Bytes encode_tile(const Raster& tile) = 0;
     virtual void decode_tile(const Bytes& bytes, Raster& tile) = 0;
     double tolerance() const { return tolerance_; }
+    // What a codec may ask of its own arithmetic so that the result, rounded to float32, keeps the tolerance.
+    double safe_tolerance() const { return safe_tolerance_; }
 
   private:
-    double tolerance_ = 0;
+    double tolerance_ = 0, safe_tolerance_ = 0;
     std::vector<Bytes> coded_;
 };
 
