@@ -90,15 +90,17 @@ Raster Raster::like(int w, int h) const {
     return out;
 }
 
-Raster read_raster(const std::string& file, const std::optional<Crop>& crop, std::size_t& filled) {
+Raster read_raster(const std::string& file, const std::optional<Crop>& crop, std::size_t& filled,
+                   int band_number) {
     GDALAllRegister();
     CPLPushErrorHandler(CPLQuietErrorHandler);
     const std::unique_ptr<GDALDataset, CloseDataset> dataset(static_cast<GDALDataset*>(
         GDALOpenEx(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr)));
     CPLPopErrorHandler();
     if (!dataset) throw Error(ErrorCode::io, file + ": " + CPLGetLastErrorMsg());
-    if (dataset->GetRasterCount() < 1) throw Error(ErrorCode::unsupported, file + ": has no band");
-    GDALRasterBand& band = *dataset->GetRasterBand(1);
+    if (dataset->GetRasterCount() < band_number)
+        throw Error(ErrorCode::unsupported, file + ": has no band " + std::to_string(band_number));
+    GDALRasterBand& band = *dataset->GetRasterBand(band_number);
     const Crop c = checked(crop, dataset->GetRasterXSize(), dataset->GetRasterYSize(), file);
     Doubles samples(static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height));
     if (band.RasterIO(GF_Read, c.x, c.y, c.width, c.height, samples.data(), c.width, c.height, GDT_Float64, 0,

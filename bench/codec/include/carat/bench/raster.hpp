@@ -28,11 +28,12 @@ struct Crop {
     int x = 0, y = 0, width = 0, height = 0;  // pixels
 };
 
-// First band of a file GDAL reads. Integer types whose samples fit int16 stay integers, all else becomes
-// float32. Missing samples (nodata, NaN, infinite) take the value of the last valid sample to their left,
-// else of the next to their right, else of the nearest row that has any; `filled` counts them. Throws
+// A band of a file GDAL reads, counted from 1. Integer types whose samples fit int16 stay integers, all else
+// becomes float32. Missing samples (nodata, NaN, infinite) take the value of the last valid sample to their
+// left, else of the next to their right, else of the nearest row that has any; `filled` counts them. Throws
 // Error(io) naming the file, Error(usage) for a crop outside the raster or a raster without valid samples.
-Raster read_raster(const std::string& file, const std::optional<Crop>& crop, std::size_t& filled);
+Raster read_raster(const std::string& file, const std::optional<Crop>& crop, std::size_t& filled,
+                   int band = 1);
 
 // Cuts into tiles of at most `size` x `size` in rows; 0: one tile, the whole.
 std::vector<Raster> cut_tiles(const Raster& raster, int size);

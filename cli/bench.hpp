@@ -1,0 +1,19 @@
+// The benchmarks of `carat bench`: one function and one file each. Built with CARAT_BUILD_BENCH only.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "carat/bench/raster.hpp"
+#include "commands.hpp"
+
+namespace carat::cli {
+
+void add_bench_codec(CLI::App& bench, Globals& globals);
+void add_bench_color(CLI::App& bench, Globals& globals);
+void add_bench_summaries(CLI::App& bench, Globals& globals);
+
+// Adds --crop X,Y,W,H.
+void add_crop(CLI::App& sub, std::optional<bench::Crop>& crop);
+
+}  // namespace carat::cli
