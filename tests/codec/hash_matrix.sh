@@ -9,13 +9,10 @@ launcher=$(command -v ccache || true)
 mkdir -p "$work_dir"
 cd "$work_dir"
 
-read -ra libraries <<<"$(pkg-config --cflags --libs libxxhash geographiclib)"
+read -ra libraries <<<"$(pkg-config --cflags --libs libxxhash geographiclib libhwy)"
 common=(-std=c++20 -ffp-contract=off -I"$source_dir/globe/include" -I"$source_dir/codec/include" -I"$source_dir/codec/src")
-sources=("$source_dir"/globe/src/*.cpp "$source_dir"/tests/codec/walk.cpp "$source_dir"/tests/codec/golden_hash.cpp)
-for name in byte_source diamond_codec directory file_header gamma heights page page_layout predict quantize repository \
-    roots summary_code surface; do
-    sources+=("$source_dir/codec/src/$name.cpp")
-done
+sources=("$source_dir"/globe/src/*.cpp "$source_dir"/codec/src/*.cpp "$source_dir"/tests/codec/walk.cpp
+    "$source_dir"/tests/codec/golden_hash.cpp)
 
 objects=()
 running=0
