@@ -11,29 +11,28 @@
 namespace carat::bench {
 namespace {
 
-struct Time {
-    double seconds = 0, cycles = 0;
-};
-
+// Median of up to `repeats` runs, seconds of the thread.
 template <class Work>
-Time timed(Work work) {
-    const auto begin = std::chrono::steady_clock::now();
-    const std::uint64_t first = cycles_now();
-    work();
-    const std::uint64_t last = cycles_now();
-    return {std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
-            static_cast<double>(last - first)};
+double median_seconds(int repeats, Work work) {
+    constexpr double kLongSeconds = 5;
+    std::vector<double> times;
+    do {
+        const double begin = thread_seconds();
+        work();
+        times.push_back(thread_seconds() - begin);
+    } while (static_cast<int>(times.size()) < repeats && times.back() < kLongSeconds);
+    std::sort(times.begin(), times.end());
+    return times[(times.size() - 1) / 2];
 }
 
-// Median by time of up to `repeats` runs.
-template <class Work>
-Time median_time(int repeats, Work work) {
-    constexpr double kLongSeconds = 5;
-    std::vector<Time> times;
-    do times.push_back(timed(work));
-    while (static_cast<int>(times.size()) < repeats && times.back().seconds < kLongSeconds);
-    std::sort(times.begin(), times.end(), [](const Time& a, const Time& b) { return a.seconds < b.seconds; });
-    return times[(times.size() - 1) / 2];
+// Rate of the time stamp counter.
+double cycles_per_second() {
+    const auto begin = std::chrono::steady_clock::now();
+    const std::uint64_t first = cycles_now();
+    std::chrono::duration<double> passed{};
+    do passed = std::chrono::steady_clock::now() - begin;
+    while (passed.count() < 0.05);
+    return static_cast<double>(cycles_now() - first) / passed.count();
 }
 
 bool chosen(const ContestantInfo& info, const std::vector<std::string>& names) {
@@ -41,7 +40,8 @@ bool chosen(const ContestantInfo& info, const std::vector<std::string>& names) {
                                         [&](const std::string& n) { return info.name.rfind(n, 0) == 0; });
 }
 
-CodecRow measure(const ContestantInfo& info, const Raster& raster, int tile, double tolerance, int repeats) {
+CodecRow measure(const ContestantInfo& info, const Raster& raster, int tile, double tolerance, int repeats,
+                 double cycles_per_second) {
     CodecRow row;
     row.codec = info.name;
     row.unit = tile > 0 ? std::to_string(tile) : info.unit;
@@ -53,17 +53,17 @@ CodecRow measure(const ContestantInfo& info, const Raster& raster, int tile, dou
         for (const Raster& t : tiles) decoded.push_back(t.like());
         const auto contestant = info.make();
         contestant->prepare(tiles, tolerance);
-        const Time encode = median_time(repeats, [&] { row.bytes = contestant->encode(tiles); });
-        const Time decode = median_time(repeats, [&] { contestant->decode(decoded); });
+        const double encode = median_seconds(repeats, [&] { row.bytes = contestant->encode(tiles); });
+        const double decode = median_seconds(repeats, [&] { contestant->decode(decoded); });
         Raster whole = raster.like();
         join_tiles(decoded, tile, whole);
         row.bits_per_sample = 8 * static_cast<double>(row.bytes) / samples;
         row.errors = compare(raster, whole);
         row.within = row.errors.max <= (raster.integer ? std::floor(tolerance) : tolerance);
-        row.encode_rate = samples / encode.seconds;
-        row.decode_rate = samples / decode.seconds;
-        row.decode_cycles = decode.cycles / samples;
-        row.decode_bytes_per_cycle = static_cast<double>(raster.bytes()) / decode.cycles;
+        row.encode_rate = samples / encode;
+        row.decode_rate = samples / decode;
+        row.decode_cycles = decode * cycles_per_second / samples;
+        row.decode_bytes_per_cycle = static_cast<double>(raster.bytes()) / (decode * cycles_per_second);
         row.decode_shares = contestant->decode_shares();
     } catch (const Error& e) {
         row.failure = e.what();
@@ -74,9 +74,9 @@ CodecRow measure(const ContestantInfo& info, const Raster& raster, int tile, dou
 void measure_copy(const Raster& raster, CodecTable& table) {
     const std::size_t bytes = raster.bytes();
     std::vector<std::byte> from(bytes), to(bytes);
-    const Time copy = median_time(5, [&] { std::memcpy(to.data(), from.data(), bytes); });
-    table.copy_bytes_per_cycle = static_cast<double>(bytes) / copy.cycles;
-    table.cycles_per_second = copy.cycles / copy.seconds;
+    const double copy = median_seconds(9, [&] { std::memcpy(to.data(), from.data(), bytes); });
+    table.cycles_per_second = cycles_per_second();
+    table.copy_bytes_per_cycle = static_cast<double>(bytes) / (copy * table.cycles_per_second);
 }
 
 struct Job {
@@ -106,7 +106,8 @@ CodecTable bench_codecs(const Raster& raster, const CodecBenchOptions& options) 
     for (const Job& job : all) {
         if (options.progress && !options.progress(job.info->name, table.rows.size(), all.size()))
             throw Error(ErrorCode::usage, "cancelled");
-        table.rows.push_back(measure(*job.info, raster, job.tile, job.tolerance, options.repeats));
+        table.rows.push_back(
+            measure(*job.info, raster, job.tile, job.tolerance, options.repeats, table.cycles_per_second));
     }
     return table;
 }

@@ -1,11 +1,11 @@
 #include "carat/bench/color_bench.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "carat/bench/plane.hpp"
 #include "carat/globe/error.hpp"
+#include "cycles.hpp"
 #include "jxl_image.hpp"
 
 namespace carat::bench {
@@ -27,9 +27,9 @@ Rgb like(const Rgb& image) { return {image[0].like(), image[1].like(), image[2].
 
 template <class Work>
 double seconds(Work work) {
-    const auto begin = std::chrono::steady_clock::now();
+    const double begin = thread_seconds();
     work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return thread_seconds() - begin;
 }
 
 void measure_error(const Rgb& a, const Rgb& b, ColorRow& row) {

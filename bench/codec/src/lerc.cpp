@@ -1,5 +1,6 @@
 #include <Lerc_c_api.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "carat/globe/error.hpp"
@@ -27,12 +28,12 @@ class Lerc : public TileCodec {
   protected:
     Bytes encode_tile(const Raster& t) override {
         const unsigned type = t.integer ? kShort : kFloat;
-        Bytes out(t.bytes() * 2 + 4096);
+        room_.resize(std::max(room_.size(), t.bytes() * 2 + 4096));
         unsigned written = 0;
         check(lerc_encode(samples(t), type, 1, t.width, t.height, 1, 0, nullptr, safe_tolerance(),
-                          reinterpret_cast<unsigned char*>(out.data()), static_cast<unsigned>(out.size()),
+                          reinterpret_cast<unsigned char*>(room_.data()), static_cast<unsigned>(room_.size()),
                           &written));
-        out.resize(written);
+        const Bytes out(room_.begin(), room_.begin() + written);
         return zstd_ ? wrapped(out) : out;
     }
 
@@ -63,6 +64,7 @@ class Lerc : public TileCodec {
     }
 
     bool zstd_;
+    Bytes room_;  // kept between tiles
 };
 
 }  // namespace

@@ -14,7 +14,7 @@ struct CodecBenchOptions {
     std::vector<double> tolerances{0.5, 1, 4, 16};  // metres
     std::vector<std::string> codecs;                // names or their beginnings; empty: all
     int tile = 256;                                 // samples a side; 0: no tiles
-    int repeats = 3;                                // timings are medians; one that takes 5 s is not repeated
+    int repeats = 3;  // timings are medians of the thread's own seconds; 5 s are not repeated
     // Called before each measurement; false throws Error(usage) "cancelled".
     std::function<bool(const std::string& what, std::size_t done, std::size_t total)> progress = {};
 };
