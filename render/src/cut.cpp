@@ -132,9 +132,10 @@ class Selection {
             for (CutHalf* child : n.child_halves) child->heights = gather_child(refined, n.id, child->half());
         };
         if (n.in_file) {
-            RefinedHeights refined;
-            repository_.refine(n.id, whole_heights(n.halves[0].heights, n.halves[1].heights, cells_),
-                               refined);
+            thread_local Heights whole;
+            thread_local RefinedHeights refined;
+            whole_heights(n.halves[0].heights, n.halves[1].heights, cells_, whole);
+            repository_.refine(n.id, whole, refined);
             hand_down(refined);
         } else {
             hand_down(refine_virtually(n.halves[0].heights, n.halves[1].heights, cells_));

@@ -4,6 +4,7 @@
 
 #include "carat/globe/bounds.hpp"
 #include "carat/render/cut.hpp"
+#include "carat/render/vertex_position.hpp"
 
 namespace carat {
 
@@ -12,7 +13,7 @@ HalfSurvey::HalfSurvey(const Repository& repository, const Ellipsoid& body)
       body_(body),
       cells_(repository.header().cells()),
       quantum_(repository.header().quantum),
-      rounding_(length_unit(body_) * std::numbers::sqrt3 / 2) {}
+      rounding_(length_unit(body_) * (std::numbers::sqrt3 / 2 + kPositionRounding)) {}
 
 HalfBounds HalfSurvey::by_summary(const Half& half, bool refined_by_file) const {
     const HalfSummary s = repository_.summary(half);

@@ -2,84 +2,87 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstddef>
+#include <cstdlib>
 
 #include "carat/globe/patch.hpp"
+#include "patch_kernel.hpp"
 
 namespace carat {
 namespace {
 
-constexpr std::int64_t kOne = std::int64_t{1} << kHeightFractionBits;
-
 std::size_t matrix_index(int i, int j, int n) { return static_cast<std::size_t>(i * n + j); }
 
-// visit(i, j) in storage order.
-template <class Visit>
-void visit_half(int side, int cells, Visit visit) {
-    for (int r = 0; r <= cells; ++r)
-        for (int c = 0; c <= r; ++c) side == 0 ? visit(r, c) : visit(c, r);
-}
-
-// height_of(value) for every vertex of the child's half.
-template <class Refined, class Widen>
-HalfHeights gather(const Refined& parent, DiamondId parent_id, const Half& child_half, Widen widen) {
-    const int n = parent.n, cells = n - 1;
+// out = the child's half in storage order, its rows r from the parent's V and C in turn: along a row both
+// indices of the refined grid change by one, so every other vertex is a V and its neighbour a C.
+template <class Value>
+std::vector<Value, BlockAllocator<Value>> gather(const Value* v, const Value* c, DiamondId parent_id,
+                                                 const Half& child_half, int cells) {
+    const int n = cells + 1;
     const ChildMap m = child_map(parent_id, child_half, cells);
-    HalfHeights out;
-    out.reserve(half_vertex_count(cells));
-    visit_half(child_half.side, cells, [&](int i, int j) {
-        const int p = m.p0 + i * m.pi + j * m.pj, q = m.q0 + i * m.qi + j * m.qj;
-        out.push_back(widen((p & 1) == 0 ? parent.v[matrix_index(p >> 1, q >> 1, n)]
-                                         : parent.c[matrix_index(p >> 1, q >> 1, cells)]));
-    });
+    const bool straight = child_half.side == 0;  // r is i, c is j
+    const int p_row = straight ? m.pi : m.pj, q_row = straight ? m.qi : m.qj;
+    const int p_along = straight ? m.pj : m.pi, q_along = straight ? m.qj : m.qi;
+    assert(std::abs(p_row) == 1 && std::abs(q_row) == 1 && std::abs(p_along) == 1 && std::abs(q_along) == 1);
+    std::vector<Value, BlockAllocator<Value>> out(half_vertex_count(cells));
+    const std::ptrdiff_t v_step = p_along * n + q_along, c_step = p_along * cells + q_along;
+    Value* row = out.data();
+    for (int r = 0; r <= cells; row += ++r) {
+        // The first even and the first odd place along the row; floor of the halves.
+        const int p = m.p0 + r * p_row, q = m.q0 + r * q_row, next_p = p + p_along, next_q = q + q_along;
+        const bool v_first = (p & 1) == 0;
+        const int vp = v_first ? p : next_p, vq = v_first ? q : next_q;
+        const int cp = v_first ? next_p : p, cq = v_first ? next_q : q;
+        std::ptrdiff_t at_v = (vp >> 1) * n + (vq >> 1), at_c = (cp >> 1) * cells + (cq >> 1);
+        for (int k = v_first ? 0 : 1; k <= r; k += 2, at_v += v_step) row[k] = v[at_v];
+        for (int k = v_first ? 1 : 0; k <= r; k += 2, at_c += c_step) row[k] = c[at_c];
+    }
     return out;
 }
 
 // P as a matrix; both halves hold the diagonal, with equal values.
-template <class Value, class Narrow>
-std::vector<Value> matrix(const HalfHeights& half0, const HalfHeights& half1, int cells,
-                          Narrow narrow_value) {
+template <class Half0, class Half1, class Value>
+void fill_matrix(const Half0& half0, const Half1& half1, int cells, Value* out) {
     const int n = cells + 1;
-    std::vector<Value> out(static_cast<std::size_t>(n) * static_cast<std::size_t>(n));
-    for (const int side : {0, 1}) {
-        const HalfHeights& half = side == 0 ? half0 : half1;
-        std::size_t k = 0;
-        visit_half(side, cells, [&](int i, int j) {
-            assert(side == 0 || i != j || out[matrix_index(i, j, n)] == narrow_value(half[k]));
-            out[matrix_index(i, j, n)] = narrow_value(half[k++]);
-        });
-    }
-    return out;
+    std::size_t k = 0;
+    for (int i = 0; i <= cells; ++i)
+        for (int j = 0; j <= i; ++j, ++k) out[matrix_index(i, j, n)] = half0(k);
+    k = 0;
+    for (int j = 0; j <= cells; ++j)
+        for (int i = 0; i <= j; ++i, ++k) out[matrix_index(i, j, n)] = half1(k);
 }
 
 }  // namespace
 
 std::array<HalfHeights, 2> split(const Heights& root) {
     std::array<HalfHeights, 2> out;
-    for (const int side : {0, 1})
-        visit_half(side, root.n - 1, [&](int i, int j) {
-            out[static_cast<std::size_t>(side)].push_back(root.at(i, j) * kOne);
-        });
+    for (int r = 0; r < root.n; ++r)
+        for (int c = 0; c <= r; ++c) {
+            out[0].whole.push_back(root.at(r, c));
+            out[1].whole.push_back(root.at(c, r));
+        }
     return out;
 }
 
-Heights whole_heights(const HalfHeights& half0, const HalfHeights& half1, int cells) {
-    Heights p;
-    p.n = cells + 1;
-    p.has_half = {true, true};
-    p.values = matrix<std::int32_t>(half0, half1, cells, [](std::int64_t h) {
-        assert(h % kOne == 0);
-        return static_cast<std::int32_t>(h / kOne);
-    });
-    return p;
+void whole_heights(const HalfHeights& half0, const HalfHeights& half1, int cells, Heights& out) {
+    assert(!half0.whole.empty() && !half1.whole.empty());
+    out.n = cells + 1;
+    out.has_half = {true, true};
+    out.values.resize(static_cast<std::size_t>(out.n) * static_cast<std::size_t>(out.n));
+    fill_matrix([&](std::size_t k) { return half0.whole[k]; }, [&](std::size_t k) { return half1.whole[k]; },
+                cells, out.values.data());
 }
 
 HalfHeights gather_child(const RefinedHeights& parent, DiamondId parent_id, const Half& child_half) {
-    return gather(parent, parent_id, child_half, [](std::int32_t h) { return h * kOne; });
+    return {gather(parent.v.data(), parent.c.data(), parent_id, child_half, parent.n - 1), {}};
 }
 
 VirtualHeights refine_virtually(const HalfHeights& half0, const HalfHeights& half1, int cells) {
     const int n = cells + 1;
-    VirtualHeights out{n, matrix<std::int64_t>(half0, half1, cells, [](std::int64_t h) { return h; }), {}};
+    VirtualHeights out{
+        n, std::vector<std::int64_t>(static_cast<std::size_t>(n) * static_cast<std::size_t>(n)), {}};
+    fill_matrix([&](std::size_t k) { return half0.at(k); }, [&](std::size_t k) { return half1.at(k); }, cells,
+                out.v.data());
     out.c.reserve(static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells));
     for (int i = 0; i < cells; ++i)
         for (int j = 0; j < cells; ++j) {
@@ -93,36 +96,41 @@ VirtualHeights refine_virtually(const HalfHeights& half0, const HalfHeights& hal
 }
 
 HalfHeights gather_child(const VirtualHeights& parent, DiamondId parent_id, const Half& child_half) {
-    return gather(parent, parent_id, child_half, [](std::int64_t h) { return h; });
+    return {{}, gather(parent.v.data(), parent.c.data(), parent_id, child_half, parent.n - 1)};
 }
 
-HalfRange half_range(const HalfHeights& heights, int cells, double quantum) {
-    const auto [least, greatest] = std::minmax_element(heights.begin(), heights.end());
+namespace {
+
+// Greatest range within one triangle, of heights with fractions.
+std::int64_t triangle_range(const std::int64_t* row, int cells) {
     std::int64_t range = 0;
-    for (int r = 0; r < cells; ++r)
-        for (int c = 0; c <= r; ++c) {
-            // Corners of the cell whose vertices exist in this half: a triangle where c = r, by symmetry.
-            const std::int64_t p = heights[half_vertex_index(r, c)], q = heights[half_vertex_index(r + 1, c)],
-                               s = heights[half_vertex_index(r + 1, c + 1)];
-            const auto widen = [&range](std::int64_t x, std::int64_t y, std::int64_t z) {
-                range = std::max(range, std::max({x, y, z}) - std::min({x, y, z}));
-            };
-            if (c == r) {
-                widen(p, q, s);
-                continue;
-            }
-            const std::int64_t t = heights[half_vertex_index(r, c + 1)];
-            if (main_diagonal(r, c)) {
-                widen(p, q, s);
-                widen(p, s, t);
-            } else {
-                widen(p, q, t);
-                widen(q, s, t);
-            }
+    const auto widen = [&range](std::int64_t x, std::int64_t y, std::int64_t z) {
+        range = std::max(range, std::max({x, y, z}) - std::min({x, y, z}));
+    };
+    for (int r = 0; r < cells; row += ++r) {
+        // Corners of the cell whose vertices exist in this half: a triangle where c = r, by symmetry.
+        const std::int64_t* const next = row + r + 1;
+        for (int c = 0; c < r; ++c) {
+            const bool main = main_diagonal(r, c);
+            widen(row[c], next[c], main ? next[c + 1] : row[c + 1]);
+            widen(main ? row[c] : next[c], next[c + 1], row[c + 1]);
         }
+        widen(row[r], next[r], next[r + 1]);
+    }
+    return range;
+}
+
+}  // namespace
+
+HalfRange half_range(const HalfHeights& heights, int cells, double quantum) {
+    if (heights.fine.empty()) {
+        const WholeRange r = whole_range(heights.whole, cells);
+        return {r.least * quantum, r.greatest * quantum, r.in_triangle * quantum};
+    }
     const double metres = quantum * kHeightFraction;
+    const auto [least, greatest] = std::minmax_element(heights.fine.begin(), heights.fine.end());
     return {static_cast<double>(*least) * metres, static_cast<double>(*greatest) * metres,
-            static_cast<double>(range) * metres};
+            static_cast<double>(triangle_range(heights.fine.data(), cells)) * metres};
 }
 
 }  // namespace carat

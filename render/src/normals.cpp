@@ -224,16 +224,4 @@ void stitch_normals(int cells, const std::vector<std::shared_ptr<PatchMesh>>& pa
     Stitch(cells, patches).run();
 }
 
-void face_rim_normals(int cells, PatchMesh& mesh) {
-    std::vector<CodedNormal> normals(static_cast<std::size_t>(cells - 1));
-    for (const int part : {0, 1, 2}) {
-        const SeamUse use{&mesh, part};
-        edge_normals(cells, {&use, 1}, normals);
-        const EdgePath path(mesh.half, part, cells);
-        for (int t = 1; t < cells; ++t)
-            mesh.vertices[path(t)].normal = normals[static_cast<std::size_t>(t - 1)];
-        mesh.vertices[corner_vertex_index(part, cells)].normal = corner_normal(cells, {&use, 1});
-    }
-}
-
 }  // namespace carat

@@ -8,7 +8,7 @@ namespace carat {
 
 std::uint64_t bytes_of(const ChildHalf& child) {
     std::uint64_t bytes = sizeof(ChildHalf) + sizeof(HalfFacts);
-    if (child.heights) bytes += child.heights->size() * sizeof(HalfHeights::value_type);
+    if (child.heights) bytes += child.heights->bytes();
     if (child.mesh) bytes += child.mesh->vertices.size() * sizeof(PatchVertex);
     return bytes;
 }
@@ -68,8 +68,10 @@ std::unique_ptr<Refinement> RefinementMaker::refine(const RefineWork& work, Work
                 }
         };
         if (work.by_file) {
-            RefinedHeights refined;
-            repository_.refine(work.id, whole_heights(*work.heights[0], *work.heights[1], cells_), refined);
+            thread_local Heights whole;
+            thread_local RefinedHeights refined;
+            whole_heights(*work.heights[0], *work.heights[1], cells_, whole);
+            repository_.refine(work.id, whole, refined);
             gather(refined);
         } else {
             gather(refine_virtually(*work.heights[0], *work.heights[1], cells_));
@@ -84,9 +86,7 @@ std::shared_ptr<PatchMesh> RefinementMaker::build(const Half& half, const HalfHe
                                                   WorkTimes& times) const {
     const Stopwatch watch(times.build_ms);
     ++times.built;
-    std::shared_ptr<PatchMesh> mesh = builder_.build(half, heights);
-    face_rim_normals(cells_, *mesh);
-    return mesh;
+    return builder_.build(half, heights);
 }
 
 }  // namespace carat

@@ -6,7 +6,8 @@
 namespace carat {
 
 void Refiner::State::refine_candidates() {
-    while (!candidates_.empty() && !time_is_up()) {
+    // A frame makes some progress, however short.
+    while (!candidates_.empty() && (!time_is_up() || counters_.installed == 0)) {
         const Candidate c = candidates_.top();
         LiveNode* const n = graph_.find(c.id);
         const bool moot =
@@ -126,7 +127,8 @@ void Refiner::State::coarsen_unneeded() {
         LiveNode* const n = graph_.find(id);
         if (n == nullptr || !n->refined || n->needed == frame_) continue;
         const bool ripe = to_the_end_ || frame_ - n->needed > kGrace;
-        if (!ripe || LiveGraph::has_refined_child(*n) || time_is_up() || !try_coarsen(*n, 0))
+        if (!ripe || LiveGraph::has_refined_child(*n) || (time_is_up() && counters_.coarsened > 0) ||
+            !try_coarsen(*n, 0))
             later.push_back(id);
     }
     unneeded_ = std::move(later);

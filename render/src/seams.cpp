@@ -93,12 +93,13 @@ void Seams::stitch_corner(const Seam& seam) {
 template <class Stitch>
 bool Seams::work_through(Table& table, Clock::time_point deadline, Stitch stitch) {
     while (!table.stale.empty()) {
-        if (copies_ == 0 || Clock::now() >= deadline) return false;
+        if (copies_ == 0 || (stitched_ && Clock::now() >= deadline)) return false;
         const LatticePoint at = table.stale.back();
         table.stale.pop_back();
         const auto it = table.seams.find(at);
         if (it == table.seams.end() || !it->second.stale) continue;
         stitch(it->second);
+        stitched_ = true;
         it->second.stale = false;
         --pending_;
     }
@@ -107,6 +108,7 @@ bool Seams::work_through(Table& table, Clock::time_point deadline, Stitch stitch
 
 void Seams::stitch(Clock::time_point deadline, std::uint64_t copies) {
     copies_ = copies;
+    stitched_ = false;
     if (work_through(edges_, deadline, [this](const Seam& seam) { stitch_edge(seam); }))
         work_through(corners_, deadline, [this](const Seam& seam) { stitch_corner(seam); });
 }

@@ -21,7 +21,8 @@ class Seams {
     void add(LiveHalf& half);
     void remove(LiveHalf& half);
 
-    // Works until the time is up or as many published meshes as allowed have been replaced by copies.
+    // Works until the time is up, but stitches one seam at least, or until as many published meshes as
+    // allowed have been replaced by copies.
     void stitch(Clock::time_point deadline, std::uint64_t copies);
     // Edges and corners left to stitch.
     std::size_t pending() const { return pending_; }
@@ -55,6 +56,7 @@ class Seams {
     Table edges_, corners_;
     std::size_t pending_ = 0;
     std::uint64_t copies_ = 0;  // left
+    bool stitched_ = false;     // anything, in this call
     std::vector<CodedNormal> normals_;
     std::vector<SeamUse> uses_;
 };

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "carat/globe/bounds.hpp"
+#include "patch_kernel.hpp"
 #include "vector.hpp"
 
 namespace carat {
@@ -52,11 +53,12 @@ double least_cosine(const View& view, double corner_cosine, const HalfVolume& vo
 HalfVolume half_volume(const Ellipsoid& body, const Half& half, double min_height, double max_height,
                        double margin) {
     HalfVolume volume;
-    const HalfFrame frame = half_frame(half, HalfVolume::kCells);
+    const TangentTable x(half, 0, HalfVolume::kCells), y(half, 1, HalfVolume::kCells),
+        z(half, 2, HalfVolume::kCells);
     std::size_t k = 0;
     for (int r = 0; r <= HalfVolume::kCells; ++r)
         for (int c = 0; c <= r; ++c) {
-            const Vec3 n = direction(half.side == 0 ? frame.vertex(r, c) : frame.vertex(c, r));
+            const Vec3 n = direction_from_tangents({x.value(r, c), y.value(r, c), z.value(r, c)});
             volume.points[k++] = body.position(n, min_height);
             volume.points[k++] = body.position(n, max_height);
             if (r == 3 && c == 1) volume.outwards = n;

@@ -11,6 +11,7 @@
 #include "carat/globe/bounds.hpp"
 #include "carat/globe/error.hpp"
 #include "carat/render/draw_list.hpp"
+#include "carat/render/vertex_position.hpp"
 #include "render/cut/support.hpp"
 
 namespace carat::test {
@@ -89,7 +90,7 @@ bool demands(const FakeRepository& repository, const Visibility& visibility, con
              double threshold) {
     const RepositoryHeader& h = repository.header();
     const Ellipsoid& body = visibility.body();
-    const double rounding = visibility.view().unit() * std::numbers::sqrt3 / 2;
+    const double rounding = visibility.view().unit() * (std::numbers::sqrt3 / 2 + kPositionRounding);
     const auto exceeds = [&](double low, double high, double delta) {
         const HalfVolume volume = half_volume(body, half, low, high, rounding);
         return visibility.cull(volume) == Culled::none &&
@@ -106,7 +107,7 @@ bool demands(const FakeRepository& repository, const Visibility& visibility, con
     for (int r = 0; r <= h.cells(); ++r)
         for (int c = 0; c <= r; ++c) {
             const LatticePoint p = half.side == 0 ? frame.vertex(r, c) : frame.vertex(c, r);
-            heights.push_back(std::llround(repository.surface(leaf, p) / kHeightFraction));
+            heights.fine.push_back(std::llround(repository.surface(leaf, p) / kHeightFraction));
         }
     const HalfRange range = half_range(heights, h.cells(), h.quantum);
     return exceeds(range.min, range.max, leaf_delta(body, half, range, h.cells()));

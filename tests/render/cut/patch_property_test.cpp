@@ -1,6 +1,10 @@
 // Patches: positions bit for bit, watertight by identical integers, normals that agree.
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
+#include <cmath>
+#include <cstdio>
+#include <numbers>
 #include <random>
 
 #include "carat/globe/locate.hpp"
@@ -8,17 +12,44 @@
 #include "carat/render/draw_list.hpp"
 #include "carat/render/octahedral.hpp"
 #include "carat/render/patch_builder.hpp"
+#include "carat/render/vertex_position.hpp"
 #include "render/cut/support.hpp"
 
 namespace carat::test {
 namespace {
 
-// The fast way to a position is the slow way, to the last bit.
+std::vector<std::int64_t> vector_targets() {
+    std::vector<std::int64_t> out;
+    for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1)
+        out.push_back(left & -left);
+    return out;
+}
+
+// Has the library choose this one of Highway's targets while it lives.
+class OneVectorTarget {
+  public:
+    explicit OneVectorTarget(std::int64_t target) {
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(target);
+    }
+    ~OneVectorTarget() {
+        hwy::SetSupportedTargetsForTest(0);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
+    OneVectorTarget(const OneVectorTarget&) = delete;
+    OneVectorTarget& operator=(const OneVectorTarget&) = delete;
+};
+
+// The fast way to a position is the slow way, to the last bit, on every vector unit that the processor has
+// and without one; and the slow way is the ellipsoid's, up to rounding.
 TEST(PatchBuilder, PositionsAreTheOneFunctionOfPointAndHeight) {
     std::mt19937_64 generator(3);
     std::uniform_real_distribution<double> unit(-1, 1);
     const std::array<Ellipsoid, 2> bodies{Ellipsoid::earth(), Ellipsoid::moon()};
+    const std::vector<std::int64_t> targets = vector_targets();
+    double furthest = 0;
     for (int k = 0; k < 600; ++k) {
+        const OneVectorTarget target(targets[static_cast<std::size_t>(k) % targets.size()]);
         const Ellipsoid& body = bodies[k % 2];
         const int cells = 4 << (k % 4);
         Vec3 n{unit(generator), unit(generator), unit(generator)};
@@ -27,7 +58,10 @@ TEST(PatchBuilder, PositionsAreTheOneFunctionOfPointAndHeight) {
         const Half half = locate(lattice_position(n), k % 51).half;
         HalfHeights heights;
         for (std::uint32_t v = 0; v < half_vertex_count(cells); ++v)
-            heights.push_back(static_cast<std::int64_t>(unit(generator) * 3e6 / kHeightFraction));
+            if (k % 3 == 0)
+                heights.whole.push_back(static_cast<std::int32_t>(unit(generator) * 3e6));
+            else
+                heights.fine.push_back(static_cast<std::int64_t>(unit(generator) * 3e6 / kHeightFraction));
         const double quantum = 1.0 / 512;
         const std::shared_ptr<PatchMesh> patch = PatchBuilder(body, quantum, cells).build(half, heights);
         ASSERT_EQ(patch->vertices.size(), heights.size());
@@ -35,14 +69,39 @@ TEST(PatchBuilder, PositionsAreTheOneFunctionOfPointAndHeight) {
         for (int r = 0; r <= cells; ++r)
             for (int c = 0; c <= r; ++c, ++v) {
                 const LatticePoint p = lattice_vertex(half, cells, r, c);
-                const double height = static_cast<double>(heights[v]) * (quantum * kHeightFraction);
-                const UnitVector expected = to_units(body.position(direction(p), height), length_unit(body));
+                const double height = static_cast<double>(heights.at(v)) * (quantum * kHeightFraction);
+                const UnitVector expected = vertex_position(body, p, height, length_unit(body));
+                const Vec3 exact = body.position(direction(p), height);
                 const PatchVertex& vertex = patch->vertices[v];
                 for (std::size_t axis = 0; axis < 3; ++axis)
                     ASSERT_EQ(patch->anchor[axis] + vertex.offset[axis], expected[axis]);
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    furthest = std::max(furthest, std::abs(exact[axis] / length_unit(body) -
+                                                           static_cast<double>(expected[axis])) -
+                                                      0.5);
                 ASSERT_EQ(vertex.height, static_cast<float>(height));
             }
     }
+    EXPECT_LT(furthest, kPositionRounding);
+    std::printf("vertices are within 0.5 + %.4f units of the ellipsoid's positions\n", furthest);
+}
+
+TEST(VertexTangent, IsTheTangent) {
+    EXPECT_EQ(vertex_tangent(0), 0);
+    EXPECT_EQ(vertex_tangent(1), 1);
+    EXPECT_EQ(vertex_tangent(-1), -1);
+    std::mt19937_64 generator(4);
+    std::uniform_real_distribution<double> unit(0, 1);
+    double worst = 0;
+    for (int k = 0; k < 1'000'000; ++k) {
+        const double x = unit(generator), t = vertex_tangent(x);
+        ASSERT_EQ(vertex_tangent(-x), -t);
+        const long double exact = std::tan(std::numbers::pi_v<long double> / 4 * x);
+        worst = std::max(worst, static_cast<double>(std::abs(t - exact) / exact) * 0x1p53);
+    }
+    EXPECT_LT(worst, 4);  // half ulps at worst: 2 ulp
+    // Increasing up to the ends.
+    EXPECT_LT(vertex_tangent(std::nextafter(1.0, 0.0)), 1.0);
 }
 
 TEST(PatchBuilder, SharedVerticesAreIdenticalFromEveryPatch) {

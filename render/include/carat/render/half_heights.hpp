@@ -7,24 +7,39 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "carat/codec/heights.hpp"
 #include "carat/globe/bounds.hpp"
+#include "carat/render/block_allocator.hpp"
 
 namespace carat {
 
 inline constexpr int kHeightFractionBits = 25;
 inline constexpr double kHeightFraction = 1.0 / (1 << kHeightFractionBits);
 
-// half_vertex_count(cells) values in the order of half_vertex_index.
-using HalfHeights = std::vector<std::int64_t>;
+// half_vertex_count(cells) values in the order of half_vertex_index: whole quanta where there has been no
+// virtual refinement, else 2^-kHeightFractionBits quanta.
+struct HalfHeights {
+    std::vector<std::int32_t, BlockAllocator<std::int32_t>> whole;  // one of the two is empty
+    std::vector<std::int64_t, BlockAllocator<std::int64_t>> fine;
+
+    bool empty() const { return whole.empty() && fine.empty(); }
+    std::size_t size() const { return whole.empty() ? fine.size() : whole.size(); }
+    std::size_t bytes() const { return whole.size() * sizeof(whole[0]) + fine.size() * sizeof(fine[0]); }
+    // In 2^-kHeightFractionBits quanta.
+    std::int64_t at(std::size_t k) const {
+        return whole.empty() ? fine[k] : std::int64_t{whole[k]} * (std::int64_t{1} << kHeightFractionBits);
+    }
+};
 
 // The two halves of a face diamond.
 std::array<HalfHeights, 2> split(const Heights& root);
-// The int32 heights of a diamond from its two halves. Precondition: no fractions (no virtual ancestor).
-Heights whole_heights(const HalfHeights& half0, const HalfHeights& half1, int cells);
+// The int32 heights of a diamond from its two halves, into a matrix that is reused. Precondition: both are
+// whole.
+void whole_heights(const HalfHeights& half0, const HalfHeights& half1, int cells, Heights& out);
 
 // The half of a child from the V and C of its refined parent.
 HalfHeights gather_child(const RefinedHeights& parent, DiamondId parent_id, const Half& child_half);

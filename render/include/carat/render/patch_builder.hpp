@@ -1,7 +1,7 @@
 // Patches from heights: exact positions, and normals.
 //
-// position = to_units(Ellipsoid::position(direction(lattice point), height)): one function of (lattice point,
-// height), so a vertex shared by patches is the same three integers.
+// position = vertex_position() of lattice point and height (vertex_position.hpp): one function, so a vertex
+// shared by patches is the same three integers.
 //
 // Normals are finite differences of these positions. Inside a patch: the cross product of the central
 // differences along rows and columns, which is the area vector of the ring of four nearest neighbours. On an
@@ -28,8 +28,8 @@ class PatchBuilder {
     // quantum in metres; cells in [4, 128].
     PatchBuilder(const Ellipsoid& body, double quantum, int cells);
 
-    // heights: half_vertex_count(cells) of them. The normals of boundary vertices are left for
-    // stitch_normals().
+    // heights: half_vertex_count(cells) of them. Boundary vertices have the normal of the nearest inner
+    // vertex until stitch_normals() gives them their own.
     std::shared_ptr<PatchMesh> build(const Half& half, const HalfHeights& heights) const;
 
   private:
@@ -42,8 +42,5 @@ class PatchBuilder {
 // shares a vertex gets the same normal there. On the region's rim a normal sees one side only. Uses the
 // threads of the current TBB arena.
 void stitch_normals(int cells, const std::vector<std::shared_ptr<PatchMesh>>& patches);
-
-// Sets them as if the patch had no neighbours: good enough to be drawn until they can be stitched.
-void face_rim_normals(int cells, PatchMesh& mesh);
 
 }  // namespace carat

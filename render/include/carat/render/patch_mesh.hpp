@@ -13,6 +13,7 @@
 #include "carat/globe/diamond.hpp"
 #include "carat/globe/ellipsoid.hpp"
 #include "carat/globe/sphere.hpp"
+#include "carat/render/block_allocator.hpp"
 
 namespace carat {
 
@@ -27,17 +28,17 @@ Vec3 to_metres(const UnitVector& p, double unit);
 
 // One vertex of a patch as the GPU reads it: 32 bytes, std430.
 struct PatchVertex {
-    UnitVector offset{};                   // from the patch's anchor, length units
-    std::array<std::int16_t, 2> normal{};  // octahedral, snorm16, body frame, outwards
-    float height = 0;                      // metres above the datum surface
+    UnitVector offset;                   // from the patch's anchor, length units
+    std::array<std::int16_t, 2> normal;  // octahedral, snorm16, body frame, outwards
+    float height;                        // metres above the datum surface
 };
 static_assert(sizeof(PatchVertex) == 32);
 
 // A half with its vertices in the order of half_vertex_index (globe/patch.hpp). Immutable once built.
 struct PatchMesh {
     Half half;
-    UnitVector anchor{};                // length units: the right-angled corner
-    std::vector<PatchVertex> vertices;  // half_vertex_count(cells)
+    UnitVector anchor{};                                             // length units: the right-angled corner
+    std::vector<PatchVertex, BlockAllocator<PatchVertex>> vertices;  // half_vertex_count(cells)
 };
 
 // A perspective camera. Axes are orthonormal in the body frame; pixel (0,0) is the top left corner.

@@ -1,0 +1,56 @@
+#include "carat/render/block_allocator.hpp"
+
+#include <mutex>
+#include <unordered_map>
+#include <vector>
+
+namespace carat {
+namespace {
+
+constexpr std::size_t kLeast = 4096, kGreatestKept = std::size_t{16} << 20;
+
+struct Shelf {
+    std::mutex mutex;
+    std::unordered_map<std::size_t, std::vector<void*>> blocks;
+    std::size_t kept = 0;
+};
+
+// Never destroyed: meshes may outlive everything.
+Shelf& shelf() {
+    static Shelf& shelf = *new Shelf;
+    return shelf;
+}
+
+}  // namespace
+
+void* take_block(std::size_t bytes) {
+    if (bytes >= kLeast) {
+        Shelf& s = shelf();
+        const std::lock_guard lock(s.mutex);
+        if (const auto it = s.blocks.find(bytes); it != s.blocks.end() && !it->second.empty()) {
+            void* const block = it->second.back();
+            it->second.pop_back();
+            s.kept -= bytes;
+            return block;
+        }
+    }
+    return ::operator new (bytes, std::align_val_t{64});
+}
+
+void give_block(void* block, std::size_t bytes) noexcept {
+    if (bytes >= kLeast) {
+        Shelf& s = shelf();
+        const std::lock_guard lock(s.mutex);
+        if (s.kept + bytes <= kGreatestKept) {
+            try {
+                s.blocks[bytes].push_back(block);
+                s.kept += bytes;
+                return;
+            } catch (const std::bad_alloc&) {
+            }
+        }
+    }
+    ::operator delete (block, std::align_val_t{64});
+}
+
+}  // namespace carat

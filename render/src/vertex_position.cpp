@@ -1,0 +1,28 @@
+#include "carat/render/vertex_position.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace carat {
+namespace {
+
+double root(double x) { return std::sqrt(x); }
+double constant(double x, double) { return x; }
+
+#define VERTEX_FORMULA
+#include "vertex_formula.inc"
+#undef VERTEX_FORMULA
+
+}  // namespace
+
+double vertex_tangent(double x) { return x == 1.0 || x == -1.0 ? x : tangent(x); }
+
+UnitVector vertex_position(const Ellipsoid& body, const LatticePoint& p, double height, double unit) {
+    constexpr double kScale = 1.0 / static_cast<double>(kLatticeExtent);
+    const Body<double> b{body.a() * body.a(), body.b() * body.b(), 1 / unit};
+    const std::array<double, 3> x = position(b, vertex_tangent(p.x * kScale), vertex_tangent(p.y * kScale),
+                                             vertex_tangent(p.z * kScale), height);
+    return {std::llround(x[0]), std::llround(x[1]), std::llround(x[2])};
+}
+
+}  // namespace carat
