@@ -32,6 +32,9 @@ void add_bench(CLI::App& app, Globals& globals) {
     add_bench_codec(sub, globals);
     add_bench_color(sub, globals);
     add_bench_summaries(sub, globals);
+    add_bench_refine(sub, globals);
+    add_bench_deadline(sub, globals);
+    add_bench_scaling(sub, globals);
 #else
     sub.allow_extras();
     on_run(sub, globals, []() -> int {

@@ -12,6 +12,9 @@ namespace carat::cli {
 void add_bench_codec(CLI::App& bench, Globals& globals);
 void add_bench_color(CLI::App& bench, Globals& globals);
 void add_bench_summaries(CLI::App& bench, Globals& globals);
+void add_bench_refine(CLI::App& bench, Globals& globals);
+void add_bench_deadline(CLI::App& bench, Globals& globals);
+void add_bench_scaling(CLI::App& bench, Globals& globals);
 
 // Adds --crop X,Y,W,H.
 void add_crop(CLI::App& sub, std::optional<bench::Crop>& crop);

@@ -1,0 +1,64 @@
+// Whether frames keep their deadlines, and how soon the picture is right again after a jump. No GPU.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "carat/codec/repository.hpp"
+#include "carat/render/flight.hpp"
+#include "carat/render/refiner.hpp"
+
+namespace carat::bench {
+
+struct NamedFlight {
+    std::string name;
+    std::vector<Keyframe> keyframes;
+};
+// Three flights around a place: from orbit to the ground, low and fast over the relief, jumps and turns.
+std::vector<NamedFlight> standard_flights(const Geodetic& place);
+
+// Of a series of frames, milliseconds.
+struct Spread {
+    double median = 0, p99 = 0, p999 = 0, worst = 0;
+};
+Spread spread_of(std::vector<double> values);
+
+struct DeadlineRow {
+    std::string flight;
+    double budget_ms = 0;
+    std::size_t frames = 0;
+    Spread overrun;       // of frame() beyond the budget, wall clock; below 0: done early
+    Spread wait_overrun;  // of as many plain timed waits of that length in the same run: the machine's own
+    double converged_share = 0;  // of the frames
+    double median_error = 0;     // pixels: worst error bound among the drawn patches
+    std::uint64_t greatest_triangles = 0, forced_coarse = 0;
+    double decoded = 0, uploads = 0;  // a frame
+    double jump_seconds = 0;          // to convergence from the coarsest cut at the flight's end
+};
+
+struct DeadlineOptions {
+    std::vector<double> budgets_ms{4, 8, 16};
+    RefineGoal goal;
+    RefinerOptions refiner;
+    int width = 1280, height = 720, frames = 1000;
+    std::function<bool(const std::string&, std::size_t, std::size_t)> progress;  // false: stop
+};
+
+std::vector<DeadlineRow> measure_deadlines(const std::shared_ptr<const Repository>& repository,
+                                           const std::vector<NamedFlight>& flights,
+                                           const DeadlineOptions& options);
+
+// The cost of a converged flight, a frame.
+struct ScalingRow {
+    std::uint64_t file_bytes = 0, diamonds = 0;
+    double frame_ms = 0;      // median, wall clock
+    double selection_ms = 0;  // median: judging and changing the cut
+    double work_ms = 0;       // mean, of the workers' decoding and building
+    double triangles = 0, bytes_read = 0, pages = 0, decoded = 0;  // means
+};
+ScalingRow measure_flight(const std::shared_ptr<const Repository>& repository, const NamedFlight& flight,
+                          const DeadlineOptions& options);
+
+}  // namespace carat::bench

@@ -1,0 +1,159 @@
+#include "carat/bench/deadline.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+namespace carat::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+View view_at(const Ellipsoid& body, const Flight& flight, double time, const DeadlineOptions& o) {
+    ViewRequest request = flight.at(time);
+    request.width = o.width;
+    request.image_height = o.height;
+    return {body, request};
+}
+
+double frame_time(const Flight& flight, int k, int frames) {
+    return flight.duration() * k / std::max(1, frames - 1);
+}
+
+std::vector<double> plain_waits(double budget_ms, int count) {
+    std::mutex mutex;
+    std::condition_variable never;
+    std::vector<double> out;
+    std::unique_lock lock(mutex);
+    for (int k = 0; k < count; ++k) {
+        const Clock::time_point start = Clock::now();
+        const auto until = start + std::chrono::nanoseconds(static_cast<std::int64_t>(budget_ms * 1e6));
+        never.wait_until(lock, until, [] { return false; });
+        out.push_back(milliseconds_since(start) - budget_ms);
+    }
+    return out;
+}
+
+// From the coarsest cut to the last view of the flight.
+double seconds_to_converge(const std::shared_ptr<const Repository>& repository, const Ellipsoid& body,
+                           const Flight& flight, double budget_ms, const DeadlineOptions& o) {
+    Refiner refiner(repository, o.refiner);
+    const View view = view_at(body, flight, flight.duration(), o);
+    RefineBudget budget;
+    budget.milliseconds = budget_ms;
+    const Clock::time_point start = Clock::now();
+    constexpr double kGiveUpMs = 60'000;
+    while (!refiner.frame(view, o.goal, budget).converged)
+        if (milliseconds_since(start) > kGiveUpMs) break;
+    return milliseconds_since(start) / 1000;
+}
+
+DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const Ellipsoid& body,
+                    const NamedFlight& named, double budget_ms, const DeadlineOptions& o) {
+    const Flight flight(body, named.keyframes);
+    Refiner refiner(repository, o.refiner);
+    RefineBudget budget;
+    budget.milliseconds = budget_ms;
+    DeadlineRow row;
+    row.flight = named.name;
+    row.budget_ms = budget_ms;
+    row.frames = static_cast<std::size_t>(o.frames);
+    std::vector<double> overrun, error;
+    for (int k = 0; k < o.frames; ++k) {
+        const View view = view_at(body, flight, frame_time(flight, k, o.frames), o);
+        const Clock::time_point start = Clock::now();
+        const RefinedFrame frame = refiner.frame(view, o.goal, budget);
+        overrun.push_back(milliseconds_since(start) - budget_ms);
+        error.push_back(frame.counters.worst_error);
+        row.converged_share += frame.converged ? 1.0 / o.frames : 0;
+        row.greatest_triangles = std::max(row.greatest_triangles, frame.counters.triangles);
+        row.forced_coarse += frame.counters.forced_coarse;
+        row.decoded += static_cast<double>(frame.counters.decoded + frame.counters.predicted) / o.frames;
+        row.uploads += static_cast<double>(frame.counters.uploads) / o.frames;
+    }
+    row.overrun = spread_of(std::move(overrun));
+    row.median_error = spread_of(std::move(error)).median;
+    row.wait_overrun = spread_of(plain_waits(budget_ms, o.frames));
+    row.jump_seconds = seconds_to_converge(repository, body, flight, budget_ms, o);
+    return row;
+}
+
+}  // namespace
+
+std::vector<NamedFlight> standard_flights(const Geodetic& p) {
+    const auto at = [&](double time, double north, double east, double height, double heading, double pitch) {
+        Keyframe k;
+        k.time = time;
+        k.eye = {p.latitude + north, p.longitude + east};
+        k.height = height;
+        k.heading = heading;
+        k.pitch = pitch;
+        return k;
+    };
+    return {
+        {"orbit to ground",
+         {at(0, -5, -10, 2e7, 0, -90), at(10, -0.5, 0, 3e5, 20, -50), at(20, 0, 0, 4600, 20, -8)}},
+        {"mountain skim",
+         {at(0, -0.5, 0.2, 5000, 340, -6), at(10, 0.2, 0, 4500, 340, -4), at(20, 1, -0.3, 5000, 320, -6)}},
+        {"jumps and turns",
+         {at(0, 0, 0, 5000, 0, -10), at(3, 0.05, 0, 5000, 180, -10), at(3.001, 0.6, -1.2, 8000, 180, -20),
+          at(6, 0.6, -1.1, 8000, 0, -20), at(6.001, -1, 1, 1e5, 90, -40), at(9, -1, 1.2, 1e5, 270, -40),
+          at(9.001, 30, 60, 1e6, 0, -60), at(12, 30, 62, 1e6, 90, -60), at(12.001, 0, 0, 4600, 90, -6),
+          at(15, 0, 0.02, 4600, 270, -6)}}};
+}
+
+Spread spread_of(std::vector<double> v) {
+    if (v.empty()) return {};
+    std::sort(v.begin(), v.end());
+    const auto at = [&](double share) {
+        return v[std::min(v.size() - 1, static_cast<std::size_t>(share * static_cast<double>(v.size())))];
+    };
+    return {at(0.5), at(0.99), at(0.999), v.back()};
+}
+
+std::vector<DeadlineRow> measure_deadlines(const std::shared_ptr<const Repository>& repository,
+                                           const std::vector<NamedFlight>& flights,
+                                           const DeadlineOptions& o) {
+    const Ellipsoid body = repository->header().ellipsoid();
+    std::vector<DeadlineRow> rows;
+    for (const NamedFlight& flight : flights)
+        for (const double budget : o.budgets_ms) {
+            if (o.progress && !o.progress(flight.name, rows.size(), flights.size() * o.budgets_ms.size()))
+                return rows;
+            rows.push_back(measure(repository, body, flight, budget, o));
+        }
+    return rows;
+}
+
+ScalingRow measure_flight(const std::shared_ptr<const Repository>& repository, const NamedFlight& named,
+                          const DeadlineOptions& o) {
+    const Ellipsoid body = repository->header().ellipsoid();
+    const Flight flight(body, named.keyframes);
+    Refiner refiner(repository, o.refiner);
+    ScalingRow row;
+    row.file_bytes = repository->file_bytes();
+    row.diamonds = repository->header().refined_diamonds;
+    std::vector<double> total, selection;
+    const double share = 1.0 / o.frames;
+    for (int k = 0; k < o.frames; ++k) {
+        const RefineCounters c =
+            refiner.frame(view_at(body, flight, frame_time(flight, k, o.frames), o), o.goal).counters;
+        total.push_back(c.total_ms);
+        selection.push_back(c.selection_ms);
+        row.work_ms += (c.decode_ms + c.build_ms) * share;
+        row.triangles += static_cast<double>(c.triangles) * share;
+        row.bytes_read += static_cast<double>(c.read.bytes) * share;
+        row.pages += static_cast<double>(c.read.pages) * share;
+        row.decoded += static_cast<double>(c.decoded + c.predicted) * share;
+    }
+    row.frame_ms = spread_of(std::move(total)).median;
+    row.selection_ms = spread_of(std::move(selection)).median;
+    return row;
+}
+
+}  // namespace carat::bench

@@ -1,0 +1,238 @@
+// carat bench refine, deadline and scaling: the runtime without a GPU.
+#include <fmt/core.h>
+
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "bench.hpp"
+#include "carat/bench/deadline.hpp"
+#include "carat/bench/throughput.hpp"
+#include "carat/globe/error.hpp"
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include "text.hpp"
+#include "values.hpp"
+
+namespace carat::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void write_text(const std::string& file, const std::string& text) {
+    if (file.empty()) return;
+    std::ofstream out(file, std::ios::binary);
+    out << text;
+    if (!out.flush()) throw Error(ErrorCode::io, file + ": cannot be written");
+}
+
+struct RefineOptions {
+    std::string file, csv;
+    bool json = false;
+    bench::ThroughputOptions bench;
+};
+
+int run_refine(const RefineOptions& o) {
+    const bench::Throughput t = bench::measure_throughput(Repository::open(o.file), o.bench);
+    const double copied = t.copy_bytes_per_second / 1e9;
+    std::string csv =
+        "threads,diamonds_per_s,samples_per_s,samples_per_core_s,vertices_per_s,GB_per_core_s,copy_GB_per_"
+        "s\n";
+    Json rows = Json::array();
+    if (!o.json) {
+        fmt::print(
+            "{} diamonds a round, {:.0f} bytes of heights and vertices each; memory copy {:.1f} GB/s a "
+            "core\n",
+            t.diamonds, t.bytes_a_diamond, copied);
+        fmt::print("{:>7} {:>11} {:>9} {:>14} {:>12} {:>10} {:>8} {:>7}\n", "threads", "diamonds/s", "MS/s",
+                   "MS/s per core", "Mvertices/s", "GB/s core", "decode", "build");
+    }
+    for (const bench::ThroughputRow& r : t.rows) {
+        const double a_sample = t.bytes_a_diamond * r.diamonds_per_second / r.samples_per_second;
+        const double bytes = r.samples_per_core_second * a_sample / 1e9;
+        csv += fmt::format("{},{:.0f},{:.0f},{:.0f},{:.0f},{:.3f},{:.3f}\n", r.threads, r.diamonds_per_second,
+                           r.samples_per_second, r.samples_per_core_second, r.vertices_per_second, bytes,
+                           copied);
+        if (o.json)
+            rows.push_back({{"threads", r.threads},
+                            {"diamonds_per_second", r.diamonds_per_second},
+                            {"samples_per_second", r.samples_per_second},
+                            {"samples_per_core_second", r.samples_per_core_second},
+                            {"vertices_per_second", r.vertices_per_second},
+                            {"decode_share", r.decode_share},
+                            {"build_share", r.build_share}});
+        else
+            fmt::print("{:>7} {:>11.0f} {:>9.1f} {:>14.1f} {:>12.1f} {:>10.2f} {:>7.0f}% {:>6.0f}%\n",
+                       r.threads, r.diamonds_per_second, r.samples_per_second / 1e6,
+                       r.samples_per_core_second / 1e6, r.vertices_per_second / 1e6, bytes,
+                       100 * r.decode_share, 100 * r.build_share);
+    }
+    if (o.json)
+        fmt::print("{}\n", Json{{"diamonds", t.diamonds},
+                                {"bytes_a_diamond", t.bytes_a_diamond},
+                                {"copy_bytes_per_second", t.copy_bytes_per_second},
+                                {"rows", rows}}
+                               .dump(2));
+    write_text(o.csv, csv);
+    return kSuccess;
+}
+
+struct FlightOptions {
+    std::vector<std::string> files;
+    std::array<double, 2> place{36.58, -118.29};
+    std::array<int, 2> size{1280, 720};
+    std::string csv;
+    bool json = false;
+    bench::DeadlineOptions bench;
+};
+
+void use(FlightOptions& o) {
+    o.bench.width = o.size[0];
+    o.bench.height = o.size[1];
+}
+
+int run_deadline(FlightOptions o, const Globals& globals) {
+    catch_interrupts();
+    use(o);
+    Progress progress("flights", globals.quiet);
+    o.bench.progress = [&](const std::string& what, std::size_t done, std::size_t total) {
+        return progress.update(what, done, total);
+    };
+    const auto flights = bench::standard_flights({o.place[0], o.place[1]});
+    const auto rows = bench::measure_deadlines(Repository::open(o.files.at(0)), flights, o.bench);
+    progress.finish();
+    if (rows.size() < flights.size() * o.bench.budgets_ms.size()) return kInterrupted;
+    std::string csv =
+        "flight,budget_ms,frames,over_median_ms,over_p99_ms,over_p999_ms,over_worst_ms,wait_p999_ms,wait_"
+        "worst_ms,"
+        "converged_share,median_error_px,greatest_triangles,forced_coarse,decoded_a_frame,uploads_a_frame,"
+        "jump_s\n";
+    Json all = Json::array();
+    if (!o.json)
+        fmt::print("{:<16} {:>6} {:>7} {:>32} {:>18} {:>9} {:>9} {:>8} {:>8} {:>7} {:>7}\n", "flight",
+                   "budget", "frames", "over: median/p99/p99.9/worst ms", "plain wait p99.9", "converged",
+                   "median px", "Mtri max", "decoded", "upload", "jump s");
+    for (const bench::DeadlineRow& r : rows) {
+        csv += fmt::format(
+            "{},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{},{:.2f},{:.2f},{:.3f}\n",
+            r.flight, r.budget_ms, r.frames, r.overrun.median, r.overrun.p99, r.overrun.p999, r.overrun.worst,
+            r.wait_overrun.p999, r.wait_overrun.worst, r.converged_share, r.median_error,
+            r.greatest_triangles, r.forced_coarse, r.decoded, r.uploads, r.jump_seconds);
+        if (o.json)
+            all.push_back({{"flight", r.flight},
+                           {"budget_ms", r.budget_ms},
+                           {"frames", r.frames},
+                           {"overrun_p999_ms", r.overrun.p999},
+                           {"overrun_worst_ms", r.overrun.worst},
+                           {"wait_p999_ms", r.wait_overrun.p999},
+                           {"converged_share", r.converged_share},
+                           {"jump_seconds", r.jump_seconds}});
+        else
+            fmt::print(
+                "{:<16} {:>6} {:>7} {:>8.2f}{:>8.2f}{:>8.2f}{:>8.2f} {:>18.2f} {:>8.0f}% {:>9.2f} {:>8.2f} "
+                "{:>8.1f} {:>7.1f} {:>7.2f}\n",
+                r.flight, r.budget_ms, r.frames, r.overrun.median, r.overrun.p99, r.overrun.p999,
+                r.overrun.worst, r.wait_overrun.p999, 100 * r.converged_share, r.median_error,
+                static_cast<double>(r.greatest_triangles) / 1e6, r.decoded, r.uploads, r.jump_seconds);
+    }
+    if (o.json) fmt::print("{}\n", all.dump(2));
+    write_text(o.csv, csv);
+    return kSuccess;
+}
+
+int run_scaling(FlightOptions o) {
+    use(o);
+    const bench::NamedFlight flight = bench::standard_flights({o.place[0], o.place[1]}).front();
+    std::string csv =
+        "file,bytes,diamonds,frame_ms,selection_ms,work_ms,triangles,bytes_read,pages,decoded\n";
+    fmt::print("{:<24} {:>12} {:>10} {:>9} {:>10} {:>8} {:>10} {:>10} {:>7} {:>8}\n", "file", "bytes",
+               "diamonds", "frame ms", "select ms", "work ms", "triangles", "read", "pages", "decoded");
+    for (const std::string& file : o.files) {
+        const bench::ScalingRow r = bench::measure_flight(Repository::open(file), flight, o.bench);
+        csv += fmt::format("{},{},{},{:.4f},{:.4f},{:.4f},{:.0f},{:.0f},{:.3f},{:.3f}\n", file, r.file_bytes,
+                           r.diamonds, r.frame_ms, r.selection_ms, r.work_ms, r.triangles, r.bytes_read,
+                           r.pages, r.decoded);
+        fmt::print("{:<24} {:>12} {:>10} {:>9.3f} {:>10.3f} {:>8.3f} {:>10.0f} {:>10.0f} {:>7.2f} {:>8.2f}\n",
+                   file, grouped(r.file_bytes), grouped(r.diamonds), r.frame_ms, r.selection_ms, r.work_ms,
+                   r.triangles, r.bytes_read, r.pages, r.decoded);
+    }
+    write_text(o.csv, csv);
+    return kSuccess;
+}
+
+constexpr const char* kRefineFooter = R"(
+Refines diamonds of the file over and over: residuals decoded, heights handed to the children, and the four child
+patches built with positions and normals. A sample is a height that the parent's patch does not show. "Per core" counts
+the processor time of the threads, so that other programs do not disturb; the memory copy moves as many bytes.
+
+Example:
+  carat bench refine california.carat --threads 1,2,4)";
+
+constexpr const char* kDeadlineFooter = R"(
+Flies three flights around --at (from orbit to the ground; low over the relief; jumps and turns) with a budget of
+refinement a frame, and prints by how much frames exceeded it, beside the same number of plain timed waits of
+that length in the same run: what the machine itself is late by. No GPU is used. "jump s" is the time to the converged
+picture at the flight's end, starting from the coarsest cut and an empty cache.
+
+Example:
+  carat bench deadline california.carat --at 36.58,-118.29 --csv deadline.csv)";
+
+constexpr const char* kScalingFooter = R"(
+Flies from orbit to the ground at --at over each file, every frame converged to --error, and prints the cost of a frame.
+
+Example:
+  carat bench scaling planet.carat planet8.carat planet64.carat)";
+
+void add_flight_options(CLI::App& sub, const std::shared_ptr<FlightOptions>& o) {
+    add_numbers(sub, "--at", o->place, "LAT,LON", "Where the flights lead (default 36.58,-118.29)");
+    add_value(sub, "--size", "WxH", "Pixels (default 1280x720)",
+              [o](const std::string& text) { o->size = parse_picture_size(text); });
+    sub.add_option("--error", o->bench.goal.threshold, "Greatest error on the screen, pixels (default 1)")
+        ->check(CLI::PositiveNumber);
+    sub.add_option("--frames", o->bench.frames, "Of each flight (default 1000)")
+        ->check(between(2, 1'000'000));
+    sub.add_option("--threads", o->bench.refiner.threads, "Workers (default: one for each core)")
+        ->check(between(1, 1024));
+    sub.add_option("--csv", o->csv, "Also write the table here");
+}
+
+}  // namespace
+
+void add_bench_refine(CLI::App& app, Globals& globals) {
+    const auto o = std::make_shared<RefineOptions>();
+    CLI::App& sub =
+        *app.add_subcommand("refine", "Diamonds decoded and built a second, against a memory copy");
+    sub.footer(kRefineFooter);
+    sub.add_option("FILE", o->file, "A .carat file")->required();
+    sub.add_option("--threads", o->bench.threads, "Numbers of threads (default 1,2)")->delimiter(',');
+    sub.add_option("--diamonds", o->bench.diamonds, "A round (default 1500)")->check(between(1, 1'000'000));
+    sub.add_option("--rounds", o->bench.rounds, "The best of so many counts (default 5)")
+        ->check(between(1, 100'000));
+    sub.add_flag("--json", o->json, "Print JSON");
+    sub.add_option("--csv", o->csv, "Also write the table here");
+    on_run(sub, globals, [o] { return run_refine(*o); });
+}
+
+void add_bench_deadline(CLI::App& app, Globals& globals) {
+    const auto o = std::make_shared<FlightOptions>();
+    CLI::App& sub =
+        *app.add_subcommand("deadline", "Frames against their budget, and convergence after a jump");
+    sub.footer(kDeadlineFooter);
+    o->files.resize(1);
+    sub.add_option("FILE", o->files[0], "A .carat file")->required();
+    sub.add_option("--budget", o->bench.budgets_ms, "Milliseconds a frame (default 4,8,16)")->delimiter(',');
+    add_flight_options(sub, o);
+    sub.add_flag("--json", o->json, "Print JSON");
+    on_run(sub, globals, [o, &globals] { return run_deadline(*o, globals); });
+}
+
+void add_bench_scaling(CLI::App& app, Globals& globals) {
+    const auto o = std::make_shared<FlightOptions>();
+    CLI::App& sub = *app.add_subcommand("scaling", "The cost of a frame against the size of the file");
+    sub.footer(kScalingFooter);
+    sub.add_option("FILE", o->files, "Files to compare")->required();
+    add_flight_options(sub, o);
+    on_run(sub, globals, [o] { return run_scaling(*o); });
+}
+
+}  // namespace carat::cli
