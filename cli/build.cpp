@@ -12,6 +12,7 @@
 #include "interrupt.hpp"
 #include "layer_arguments.hpp"
 #include "progress.hpp"
+#include "text.hpp"
 #include "values.hpp"
 
 namespace carat::cli {
@@ -33,6 +34,10 @@ NODATA, NaN and infinities are holes.
 
 Every height of the file, at every level of detail, is within --tolerance of the source at the sample. Detail follows the
 data: samples lie as close as those of the source that gives the height there, and no closer.
+
+--certify M bounds the error at the source's own samples too: the file is refined where it must be until every sample that
+alone gives the height at its place is within M of the surface, M being above the tolerance. If --max-level stops that, the
+file is written without a certificate, the worst places are listed and the exit status is 3.
 
 The file appears under its name only when it is complete. SIZE: a number and K, M, G or T.
 
@@ -81,7 +86,7 @@ void add_file_options(CLI::App& sub, Options& o) {
         ->group(group);
     sub.add_option("--depth-bias", b.depth_bias, "Levels added to what the data ask, or left out (default 0)")
         ->type_name("LEVELS")
-        ->check(between(-20, 20))
+        ->check(between(-20.0, 20.0))
         ->group(group);
     sub.add_option("--max-level", b.max_level, "No diamond of this level or deeper is refined (default 40)")
         ->type_name("LEVEL")
@@ -98,6 +103,10 @@ void add_run_options(CLI::App& sub, Options& o) {
         ->group(group);
     add_value(sub, "--memory", "SIZE", "For decoded source blocks (default 1G)",
               [&b](const std::string& text) { b.memory_bytes = parse_size(text); })
+        ->group(group);
+    add_value(sub, "--certify", "METRES",
+              "Refine until every source sample outside feathered zones is this near, and say so in the file",
+              [&b](const std::string& text) { b.certify = parse_number(text); })
         ->group(group);
     sub.add_flag("--measure,!--no-measure", b.measure,
                  "Compare the result with every source sample and record the errors (default yes)")
@@ -131,7 +140,11 @@ int run(Options o, const Globals& globals) {
     progress.finish();
     warn(report.plan);
     if (o.json || !globals.quiet) print_report(report, o.build, o.json);
-    return kSuccess;
+    if (!report.certification || report.certification->reached()) return kSuccess;
+    spdlog::error("{}: no certificate: {} of {} source samples are further than {} m; see --max-level",
+                  o.output, grouped(report.certification->beyond), grouped(report.certification->samples),
+                  number(report.certification->bound));
+    return kNoCertificate;
 }
 
 }  // namespace

@@ -55,6 +55,16 @@ Json to_json(const BuildPlan& plan, const BuildOptions& o) {
             {"source_samples", plan.source_samples}};
 }
 
+Json to_json(const Certification& c) {
+    Json worst = Json::array();
+    for (const WorstPlace& w : c.worst)
+        worst.push_back(
+            {{"lat", w.latitude}, {"lon", w.longitude}, {"source_m", w.source}, {"surface_m", w.surface}});
+    return {{"bound_m", c.bound}, {"reached", c.reached()},    {"samples", c.samples},
+            {"beyond", c.beyond}, {"added_diamonds", c.added}, {"rounds", c.rounds},
+            {"worst", worst}};
+}
+
 Json to_json(const BuildReport& r, const BuildOptions& o) {
     Json json = to_json(r.plan, o);
     Json stages = Json::object();
@@ -67,6 +77,7 @@ Json to_json(const BuildReport& r, const BuildOptions& o) {
     json["zero_diamonds"] = r.zero_diamonds;
     json["max_error_m"] = r.max_error;
     json["rms_error_m"] = r.rms_error;
+    if (r.certification) json["certification"] = to_json(*r.certification);
     if (r.errors) json["source_errors"] = errors_json(*r.errors);
     json["seconds"] = r.seconds;
     json["stage_seconds"] = stages;
@@ -97,6 +108,19 @@ void print_text(const BuildPlan& plan) {
                grouped(plan.source_samples));
 }
 
+void print_certification(const Certification& c) {
+    if (c.reached())
+        fmt::print(
+            "certified no source sample is further than {} m: {} samples, {} diamonds more, {} rounds\n",
+            number(c.bound), grouped(c.samples), grouped(c.added), c.rounds);
+    else
+        fmt::print("certified NO: {} of {} source samples are further than {} m\n", grouped(c.beyond),
+                   grouped(c.samples), number(c.bound));
+    for (const WorstPlace& w : c.worst)
+        fmt::print("         {:.7f} {:.7f}: source {:.3f}, surface {:.3f}, {:+.3f}\n", w.latitude,
+                   w.longitude, w.source, w.surface, w.surface - w.source);
+}
+
 }  // namespace
 
 void print_plan(const BuildPlan& plan, const BuildOptions& options, bool json) {
@@ -114,6 +138,7 @@ void print_report(const BuildReport& r, const BuildOptions& options, bool json) 
     print_text(r.plan);
     fmt::print("error    at the file's own samples: greatest {:.4g} m, RMS {:.4g} m (tolerance {} m)\n",
                r.max_error, r.rms_error, number(options.tolerance));
+    if (r.certification) print_certification(*r.certification);
     if (r.errors) print_errors(*r.errors, 1);
     fmt::print("file     {}: {} bytes ({})", options.output.string(), grouped(r.file_bytes),
                bytes_text(r.file_bytes));

@@ -23,7 +23,7 @@
 
 namespace carat::cli {
 
-enum ExitCode : int { kSuccess = 0, kFailure = 1, kUsage = 2, kInterrupted = 130 };
+enum ExitCode : int { kSuccess = 0, kFailure = 1, kUsage = 2, kNoCertificate = 3, kInterrupted = 130 };
 
 // Options of every subcommand, and the action of the one that was named.
 struct Globals {

@@ -102,6 +102,14 @@ void add_census(Json& json, const RepositoryHeader& h, const FileCensus& c) {
     json["modes"] = modes;
 }
 
+std::string certificate_text(const RepositoryHeader& h) {
+    const Json p = parsed_provenance(h);
+    if (!p.is_object() || !p.contains("certificate")) return "none";
+    return fmt::format("no source sample outside feathered zones is further than {} m ({} samples)",
+                       p["certificate"].value("bound_m", 0.0),
+                       grouped(p["certificate"].value("samples", std::uint64_t{0})));
+}
+
 std::string body_text(const RepositoryHeader& h) {
     return fmt::format("{} (semi-axes {} m, {} m)", h.body.empty() ? "given" : h.body, number(h.body_a),
                        number(h.body_b));
@@ -118,7 +126,8 @@ void print_header(const std::string& file, const Repository& repository) {
     line("body", body_text(h));
     line("vertical datum",
          h.vertical_datum == "unstated" ? "unstated: nobody said what heights are above" : h.vertical_datum);
-    line("tolerance", number(h.tolerance) + " m at every sample, at every level");
+    line("tolerance", number(h.tolerance) + " m at every sample of the file, at every level");
+    line("certificate", certificate_text(h));
     line("quantum", number(h.quantum) + " m");
     line("coder", h.coder);
     line("heights", fmt::format("{:.3f} m to {:.3f} m", h.quantum * h.min_height, h.quantum * h.max_height));

@@ -35,6 +35,7 @@ Exit status:
   0    full success
   1    failure: a message on stderr names the file and the cause
   2    wrong usage
+  3    build --certify: the file is written, but its depth does not suffice for the certificate
   130  interrupted)";
 
 // Errors and warnings go to stderr, "carat: warning: ...", never into results on stdout.

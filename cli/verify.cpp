@@ -34,7 +34,10 @@ struct Options {
 struct Comparison {
     ErrorSummary errors;
     std::vector<std::string> remarks;
+    std::optional<double> certificate;  // metres, as the file says
     double seconds = 0;
+
+    bool holds() const { return !certificate || errors.all.max <= *certificate; }
 };
 
 constexpr const char* kFooter = R"(
@@ -44,7 +47,8 @@ Reads and decodes the whole file and checks that
   - every diamond decodes, and the heights that two parents give to a common edge are equal;
   - all heights lie within the summaries (least and greatest height) of every half that contains them.
 
-Prints "ok", or one line for each damage. Exit status: 0 sound, 1 damaged or unreadable, 2 wrong usage.
+Prints "ok", or one line for each damage. Exit status: 0 sound, 1 damaged, unreadable, or a certificate that the sources
+refute, 2 wrong usage.
 
 --against compares the surface with the sources at every sample of theirs that alone gives the height at its place, and
 prints the errors by layer and where they are greatest; samples in feathered zones are compared with what the layers blend
@@ -81,6 +85,9 @@ void print_text(const Options& o, const VerifyReport& r, const Comparison& c) {
     const RepositoryHeader& h = Repository::open(o.file)->header();
     fmt::print("guaranteed at the file's own samples: {} m\n", number(h.tolerance));
     print_errors(c.errors, 5);
+    if (c.certificate)
+        fmt::print("certificate: every compared source sample within {} m: {}\n", number(*c.certificate),
+                   c.holds() ? "confirmed" : "FALSE");
     const double rate = static_cast<double>(c.errors.all.count) / std::max(c.seconds, 1e-9);
     fmt::print("compared in {}, {} samples/s{}\n", duration(c.seconds),
                grouped(static_cast<std::uint64_t>(rate)), r.ok() ? "" : "; the file is damaged");
@@ -103,6 +110,7 @@ void print_json(const Options& o, const VerifyReport& r, const std::optional<Com
     if (c) {
         json["guaranteed_at_lattice_m"] = Repository::open(o.file)->header().tolerance;
         json["source_errors"] = errors_json(c->errors);
+        if (c->certificate) json["certificate"] = {{"bound_m", *c->certificate}, {"confirmed", c->holds()}};
         json["source_remarks"] = c->remarks;
         json["source_seconds"] = c->seconds;
     }
@@ -132,6 +140,7 @@ Comparison compare(const Options& o, Progress& progress) {
     };
     Comparison out;
     out.errors = measure_errors(sources, file, options);
+    out.certificate = recorded.certificate;
     out.remarks = differences(sources, recorded);
     out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return out;
@@ -161,7 +170,7 @@ int run(const Options& o, bool against, const Globals& globals) {
     else
         print_text(o, report);
     if (!o.json && comparison) print_text(o, report, *comparison);
-    return report.ok() ? kSuccess : kFailure;
+    return report.ok() && (!comparison || comparison->holds()) ? kSuccess : kFailure;
 }
 
 }  // namespace

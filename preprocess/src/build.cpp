@@ -5,7 +5,9 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 
+#include "build_certify.hpp"
 #include "build_passes.hpp"
 #include "build_plan.hpp"
 #include "carat/globe/error.hpp"
@@ -20,6 +22,10 @@ void check(const BuildOptions& o) {
     if (!(o.tolerance > 0) || !std::isfinite(o.tolerance))
         throw Error(ErrorCode::usage, "tolerance must be positive, in metres");
     if (!std::isfinite(o.base_height)) throw Error(ErrorCode::usage, "base height is not finite");
+    if (o.certify && !(*o.certify > o.tolerance && std::isfinite(*o.certify)))
+        throw Error(ErrorCode::usage, "a certified bound must be above the tolerance, which is a part of it");
+    if (o.certify && o.mode != Mode::interpolating)
+        throw Error(ErrorCode::usage, "a bound can be certified in mode 0 only");
     if (o.log2_cells < 4 || o.log2_cells > 7)
         throw Error(ErrorCode::usage, "patches have 16 to 128 cells a side");
     if (o.max_level < 0 || o.max_level >= kDeepestId)
@@ -66,14 +72,17 @@ ErrorSum root_errors(const BuildContext& context, const FaceHeights& source, con
 }
 
 // Compares the file, complete but for this, with the sources.
-ErrorSummary measure_file(const BuildContext& context, const BuildPlan& plan, RepositoryWriter& writer) {
+ErrorSummary measure_file(const BuildContext& context, const BuildPlan& plan,
+                          const std::optional<Certification>& certification, RepositoryWriter& writer) {
     std::uint64_t samples = 0;
     for (const LayerInfo& layer : plan.layers) samples += layer.samples;
     const FileSurface surface(Repository::open(writer.complete()), context.options.memory_bytes / 4);
     context.progress.begin(BuildStage::measuring, samples);
     ErrorSummary errors = measure_blocks(context.sources, surface, kRecordedPlaces,
                                          [&](std::uint64_t n) { context.progress.step(n); });
-    writer.replace_provenance(provenance_json(context.options, plan, &errors));
+    if (certification && certification->reached() && errors.all.max > certification->bound)
+        throw std::logic_error("the certified bound does not hold");
+    writer.replace_provenance(provenance_json(context.options, plan, &errors, certification));
     return errors;
 }
 
@@ -93,7 +102,7 @@ WriterSetup writer_setup(const BuildContext& context, const BuildPlan& plan, int
     setup.body = context.options.body;
     setup.vertical_datum = context.options.vertical_datum;
     setup.provenance = provenance_json(context.options, plan);
-    if (context.options.measure) setup.provenance.resize(measured_room(setup.provenance, plan), ' ');
+    if (context.options.measures()) setup.provenance.resize(measured_room(setup.provenance, plan), ' ');
     setup.radii.assign(static_cast<std::size_t>(depth) + 1, context.radius);
     return setup;
 }
@@ -106,7 +115,9 @@ BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& callba
     ProgressReporter progress(callback);
     const SourceStack sources(options.layers, options.body, options.base_height, options.memory_bytes);
     progress.begin(BuildStage::planning, 0);
-    return describe(sources, plan_depth(options, sources, progress), 1 << options.log2_cells);
+    RefinedLevels levels = plan_depth(options, sources, progress);
+    if (options.certify) certify_depth(options, sources, levels, progress);
+    return describe(sources, levels, 1 << options.log2_cells);
 }
 
 BuildReport build_repository(const BuildOptions& options, const ProgressFunction& callback) {
@@ -122,7 +133,8 @@ BuildReport build_repository(const BuildOptions& options, const ProgressFunction
 
     BuildReport report;
     progress.begin(BuildStage::planning, 0);
-    const RefinedLevels levels = plan_depth(options, sources, progress);
+    RefinedLevels levels = plan_depth(options, sources, progress);
+    if (options.certify) report.certification = certify_depth(options, sources, levels, progress);
     report.plan = describe(sources, levels, 1 << options.log2_cells);
     BuildTree tree = make_tree(levels);
     const BuildContext context{options, sources, quantum, radius, progress};
@@ -145,7 +157,7 @@ BuildReport build_repository(const BuildOptions& options, const ProgressFunction
     for (const DiamondRecord& r : records)
         ++(r.residuals.blob.empty() ? report.zero_diamonds : report.coded_diamonds);
     writer.write(std::move(records));
-    if (options.measure) report.errors = measure_file(context, report.plan, writer);
+    if (options.measures()) report.errors = measure_file(context, report.plan, report.certification, writer);
     report.file_bytes = writer.finish();
     report.max_error = errors.max;
     report.rms_error = std::sqrt(errors.squares / static_cast<double>(errors.count));

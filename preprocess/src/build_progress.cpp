@@ -10,6 +10,8 @@ const char* to_string(BuildStage stage) {
             return "opening";
         case BuildStage::planning:
             return "planning";
+        case BuildStage::certifying:
+            return "certifying";
         case BuildStage::sampling:
             return "sampling";
         case BuildStage::filtering:

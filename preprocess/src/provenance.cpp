@@ -78,7 +78,8 @@ RecordedLayer recorded_layer(const Json& j) {
 
 }  // namespace
 
-std::string provenance_json(const BuildOptions& o, const BuildPlan& plan, const ErrorSummary* errors) {
+std::string provenance_json(const BuildOptions& o, const BuildPlan& plan, const ErrorSummary* errors,
+                            const std::optional<Certification>& certification) {
     Json layers = Json::array();
     for (std::size_t k = 0; k < plan.layers.size(); ++k)
         layers.push_back(layer_json(plan.layers[k], o.layers[k]));
@@ -89,6 +90,9 @@ std::string provenance_json(const BuildOptions& o, const BuildPlan& plan, const 
              {"depth_bias", o.depth_bias},
              {"max_level", o.max_level},
              {"source_samples", plan.source_samples}};
+    if (o.certify) out["certify_m"] = *o.certify;
+    if (certification && certification->reached())
+        out["certificate"] = {{"bound_m", certification->bound}, {"samples", certification->samples}};
     if (errors != nullptr) out["source_errors"] = Json::parse(to_json(*errors));
     return out.dump();
 }
@@ -107,6 +111,7 @@ Provenance parse_provenance(const std::string& json) {
         Provenance out;
         for (const Json& layer : j.at("layers")) out.layers.push_back(recorded_layer(layer));
         out.base_height = j.at("base_height").get<double>();
+        if (j.contains("certificate")) out.certificate = j["certificate"].at("bound_m").get<double>();
         if (j.contains("source_errors")) out.errors = error_summary_of_json(j["source_errors"].dump());
         return out;
     } catch (const nlohmann::json::exception& error) {

@@ -56,6 +56,54 @@ TEST_F(VerifyProgram, ATruncatedFileIsFound) {
     EXPECT_TRUE(contains(r.out, "damaged")) << r.out;
 }
 
+TEST_F(VerifyProgram, AgainstTheSourcesItMeasures) {
+    write_raster(path("hills.tif"), hills());
+    ASSERT_EQ(carat("build -q --layer hills.tif --valid-range -900,2000 --tolerance 2 -o a.carat").exit, 0);
+    const Outcome text = carat("verify a.carat --against .");
+    EXPECT_EQ(text.exit, 0) << text.err;
+    EXPECT_TRUE(contains(text.out, "guaranteed at the file's own samples: 2 m")) << text.out;
+    EXPECT_TRUE(contains(text.out, "worst in hills.tif")) << text.out;
+    const auto by_folder = carat("verify --json a.carat --against .").json();
+    const auto by_name = carat("verify --json a.carat --against hills.tif").json();
+    EXPECT_EQ(by_folder.at("source_errors"), by_name.at("source_errors"));
+    EXPECT_TRUE(by_name.at("source_remarks").empty());
+    const auto& all = by_folder.at("source_errors").at("all");
+    EXPECT_LT(all.at("samples"), 1024 * 512) << "the recorded valid range holds";
+    EXPECT_GT(all.at("samples"), 1024 * 512 / 2);
+    EXPECT_LE(all.at("p50_m"), all.at("p99_m"));
+    EXPECT_LE(all.at("p99_m"), all.at("max_m"));
+    const auto wider = carat("verify --json a.carat --against hills.tif --valid-range -5000,5000").json();
+    EXPECT_EQ(wider.at("source_errors").at("all").at("samples"), 1024 * 512) << "options that are given win";
+    EXPECT_TRUE(contains(carat("info a.carat").out, "error at source samples")) << "the build recorded it";
+}
+
+TEST_F(VerifyProgram, OtherSourcesAreRemarkedUpon) {
+    write_raster(path("hills.tif"), hills());
+    ASSERT_EQ(carat("build -q --layer hills.tif --tolerance 2 -o a.carat").exit, 0);
+    write_raster(path("hills.tif"), flat(7));
+    EXPECT_TRUE(
+        contains(carat("verify a.carat --against hills.tif").out, "hills.tif: differs from the source"));
+    EXPECT_TRUE(contains(carat("verify a.carat --against nowhere.tif").err, "nowhere.tif"));
+    EXPECT_EQ(carat("verify a.carat --against nowhere.tif").exit, 1);
+}
+
+TEST_F(VerifyProgram, ACertificateIsConfirmedOrRefuted) {
+    write_raster(path("hills.tif"), hills());
+    ASSERT_EQ(carat("build -q --layer hills.tif --tolerance 2 --certify 3 -o a.carat").exit, 0);
+    EXPECT_TRUE(
+        contains(carat("info a.carat").out, "no source sample outside feathered zones is further than 3 m"));
+    EXPECT_TRUE(contains(carat("verify a.carat --against .").out, "within 3 m: confirmed"));
+    write_raster(path("hills.tif"), flat(7));
+    const Outcome refuted = carat("verify a.carat --against hills.tif");
+    EXPECT_TRUE(contains(refuted.out, "within 3 m: FALSE")) << refuted.out;
+    EXPECT_EQ(refuted.exit, 1);
+    const Outcome limited =
+        carat("build --layer hills.tif --max-level 2 --tolerance 2 --certify 2.001 -o b.carat");
+    EXPECT_EQ(limited.exit, 3) << limited.err;
+    EXPECT_TRUE(contains(limited.err, "no certificate")) << limited.err;
+    EXPECT_TRUE(contains(carat("info b.carat").out, "certificate      none"));
+}
+
 // Files that no builder of ours writes, with checksums that fit.
 class VerifyFile : public testing::Test {
   protected:

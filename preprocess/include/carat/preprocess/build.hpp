@@ -31,19 +31,36 @@ struct BuildOptions {
     std::string vertical_datum = "unstated";
     double base_height = 0;  // metres, where no layer has data
     Mode mode = Mode::interpolating;
-    int depth_bias = 0;  // levels added (or, if negative, left out)
+    double depth_bias =
+        0;  // levels added (or, if negative, left out): a level is a factor of sqrt(2) in spacing
     int max_level = 40;  // no diamond of this level or deeper is refined
     int log2_cells = 6;
     int threads = 0;                      // 0: all
     std::size_t memory_bytes = 1u << 30;  // for decoded source blocks
+    // Metres, above the tolerance: refine until |S - sample| is at most this at every compared source sample
+    // (measure.hpp), as far as max_level allows. Mode 0 only. Implies measure.
+    std::optional<double> certify;
     bool overwrite = false;
     bool measure = true;  // compare the result with every source sample and record the errors (measure.hpp)
 
     std::filesystem::path output;
+
+    bool measures() const { return measure || certify.has_value(); }
 };
 
-// Stages of a build, for progress bars. done and total count diamonds, while measuring source samples.
-enum class BuildStage { opening, planning, sampling, filtering, coding, summarising, writing, measuring };
+// Stages of a build, for progress bars. done and total count diamonds, while certifying and measuring source
+// samples.
+enum class BuildStage {
+    opening,
+    planning,
+    certifying,
+    sampling,
+    filtering,
+    coding,
+    summarising,
+    writing,
+    measuring
+};
 const char* to_string(BuildStage stage);
 
 struct BuildProgress {
@@ -64,12 +81,25 @@ struct BuildPlan {
     std::uint64_t source_samples = 0;  // valid samples of all layers
 };
 
+// What BuildOptions::certify led to.
+struct Certification {
+    double bound = 0;               // metres
+    std::uint64_t samples = 0;      // compared
+    std::uint64_t beyond = 0;       // of these, beyond the bound still, for the depth is limited
+    std::uint64_t added = 0;        // diamonds refined for the certificate
+    int rounds = 0;                 // of checking and refining
+    std::vector<WorstPlace> worst;  // beyond the bound, largest first; surface is the unquantised one
+
+    bool reached() const { return beyond == 0; }
+};
+
 struct BuildReport {
     BuildPlan plan;
     std::uint64_t file_bytes = 0;
     std::uint64_t coded_diamonds = 0, zero_diamonds = 0;
     double max_error = 0, rms_error = 0;  // metres, at lattice points, rounding to the quantum included
-    std::optional<ErrorSummary> errors;   // at source samples, if they were measured
+    std::optional<Certification> certification;
+    std::optional<ErrorSummary> errors;  // at source samples, if they were measured
     double seconds = 0;
     std::vector<std::pair<BuildStage, double>> stage_seconds;
 };

@@ -15,9 +15,11 @@ namespace carat {
 // Places of greatest error that are recorded for each layer.
 inline constexpr std::size_t kRecordedPlaces = 5;
 
-// The provenance of a build, with the errors at source samples if they have been measured.
+// The provenance of a build, with the errors at source samples if they have been measured, and the
+// certificate if there is one.
 std::string provenance_json(const BuildOptions& options, const BuildPlan& plan,
-                            const ErrorSummary* errors = nullptr);
+                            const ErrorSummary* errors = nullptr,
+                            const std::optional<Certification>& certification = std::nullopt);
 // Bytes that hold the same provenance with any errors.
 std::size_t measured_room(const std::string& provenance, const BuildPlan& plan);
 
@@ -35,6 +37,8 @@ struct Provenance {
     std::vector<RecordedLayer> layers;
     double base_height = 0;
     std::optional<ErrorSummary> errors;
+    // Metres: no compared source sample is further from S (measure.hpp).
+    std::optional<double> certificate;
 };
 // Throws Error(corrupt) if it is not what provenance_json() writes.
 Provenance parse_provenance(const std::string& json);
