@@ -97,6 +97,7 @@ TEST_F(VerifyProgram, ACertificateIsConfirmedOrRefuted) {
     const Outcome refuted = carat("verify a.carat --against hills.tif");
     EXPECT_TRUE(contains(refuted.out, "within 3 m: FALSE")) << refuted.out;
     EXPECT_EQ(refuted.exit, 1);
+    write_raster(path("hills.tif"), hills());
     const Outcome limited =
         carat("build --layer hills.tif --max-level 2 --tolerance 2 --certify 2.001 -o b.carat");
     EXPECT_EQ(limited.exit, 3) << limited.err;
