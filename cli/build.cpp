@@ -22,7 +22,8 @@ struct Options {
     LayerArguments layers;
     BuildOptions build;
     int mode = 0;
-    bool json = false, dry_run = false;
+    bool json = false, dry_run = false, json_progress = false;
+    std::string layer_order = "given";
     std::string output;
 };
 
@@ -48,10 +49,15 @@ Examples:
   carat build --layer mola.tif --body mars --vertical-datum areoid --tolerance 2 -o mars.carat
   carat build --layer dem.tif --tolerance 1 --dry-run -o earth.carat)";
 
-void add_layer_options(CLI::App& sub, LayerArguments& layers) {
+void add_layer_options(CLI::App& sub, LayerArguments& layers, std::string& order) {
     const char* group = "Layers (options after a --layer apply to it)";
     layers.add_lead(sub, "A layer; repeat for more, highest priority first", group)->required();
     layers.add_options(sub, group);
+    sub.add_option("--layer-order", order,
+                   "given (default): priority as on the command line; finest: by the spacing of samples")
+        ->type_name("ORDER")
+        ->check(CLI::IsMember({"given", "finest"}).description(""))
+        ->group(group);
 }
 
 void add_file_options(CLI::App& sub, Options& o) {
@@ -113,6 +119,8 @@ void add_run_options(CLI::App& sub, Options& o) {
         ->group(group);
     sub.add_flag("--overwrite", b.overwrite, "Replace an existing output")->group(group);
     sub.add_flag("--dry-run", o.dry_run, "Say what would be built; write nothing")->group(group);
+    sub.add_flag("--json-progress", o.json_progress, "Progress as JSON, an object a line, on stderr")
+        ->group(group);
     sub.add_flag("--json", o.json, "Print the report as JSON on stdout")->group(group);
 }
 
@@ -122,11 +130,14 @@ void warn(const BuildPlan& plan) {
 
 int run(Options o, const Globals& globals) {
     o.build.layers = o.layers.layers();
+    if (o.layer_order == "finest") o.build.layers = finest_first(o.build.layers, o.build.body);
     o.build.mode = static_cast<Mode>(o.mode);
     o.build.output = o.output;
     catch_interrupts();
-    Progress progress("diamonds", globals.quiet);
+    Progress progress("diamonds", globals.quiet, o.json_progress);
     const auto show = [&](const BuildProgress& p) {
+        const bool samples = p.stage == BuildStage::certifying || p.stage == BuildStage::measuring;
+        progress.count(samples ? "samples" : "diamonds");
         return progress.update(to_string(p.stage), p.done, p.total);
     };
     if (o.dry_run) {
@@ -153,7 +164,7 @@ void add_build(CLI::App& app, Globals& globals) {
     const auto o = std::make_shared<Options>();
     CLI::App& sub = *app.add_subcommand("build", "Compress elevation models into a .carat file");
     sub.footer(kFooter);
-    add_layer_options(sub, o->layers);
+    add_layer_options(sub, o->layers, o->layer_order);
     add_file_options(sub, *o);
     add_run_options(sub, *o);
     on_run(sub, globals, [o, &globals] { return run(*o, globals); });

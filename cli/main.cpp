@@ -86,7 +86,8 @@ int main(int argc, char** argv) {
     app.require_subcommand(0, 1);
     app.get_formatter()->column_width(34);
     Globals globals;
-    for (const auto add : {add_synth, add_build, add_info, add_verify, add_query, add_render, add_fly, add_bench})
+    for (const auto add :
+         {add_synth, add_build, add_info, add_verify, add_query, add_render, add_fly, add_bench})
         add(app, globals);
 
     try {

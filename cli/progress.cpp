@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "interrupt.hpp"
 #include "text.hpp"
@@ -28,8 +29,11 @@ std::string bar(double share) {
 
 }  // namespace
 
-Progress::Progress(std::string unit, bool quiet)
-    : unit_(std::move(unit)), quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
+Progress::Progress(std::string unit, bool quiet, bool json)
+    : unit_(std::move(unit)),
+      quiet_(quiet && !json),
+      json_(json),
+      terminal_(!json && isatty(STDERR_FILENO) != 0) {}
 
 Progress::~Progress() { finish(); }
 
@@ -40,10 +44,11 @@ bool Progress::update(const std::string& stage, std::uint64_t done, std::uint64_
     done_ = done;
     total_ = total;
     const auto now = Clock::now();
-    const auto pause = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(5000);
+    const std::chrono::milliseconds pause(terminal_ ? 100 : json_ ? 500 : 5000);
     if (now - shown_ < pause) return true;
     shown_ = now;
-    const std::string text = line(std::chrono::duration<double>(now - begun_).count());
+    const double seconds = std::chrono::duration<double>(now - begun_).count();
+    const std::string text = json_ ? json_line(seconds) : line(seconds);
     if (terminal_)
         fmt::print(stderr, "\r\x1b[K{}", text.substr(0, columns() - 1));
     else
@@ -62,7 +67,7 @@ void Progress::finish() {
 void Progress::begin_stage(const std::string& stage) {
     stage_ = stage;
     begun_ = Clock::now();
-    shown_ = terminal_ ? Clock::time_point{} : begun_;
+    shown_ = terminal_ || json_ ? Clock::time_point{} : begun_;  // these show every stage
 }
 
 std::string Progress::line(double seconds) const {
@@ -76,6 +81,18 @@ std::string Progress::line(double seconds) const {
     const auto left = static_cast<double>(total_ - std::min(done_, total_));
     return text +
            fmt::format(", {}/s, {} left", grouped(static_cast<std::uint64_t>(rate)), duration(left / rate));
+}
+
+std::string Progress::json_line(double seconds) const {
+    nlohmann::ordered_json out{{"stage", stage_}, {"done", done_}, {"unit", unit_}, {"seconds", seconds}};
+    if (total_ > 0) out["total"] = total_;
+    if (seconds > 0 && done_ > 0) {
+        const double rate = static_cast<double>(done_) / seconds;
+        out["per_second"] = rate;
+        if (total_ > 0)
+            out["remaining_seconds"] = static_cast<double>(total_ - std::min(done_, total_)) / rate;
+    }
+    return out.dump();
 }
 
 }  // namespace carat::cli

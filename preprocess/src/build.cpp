@@ -22,6 +22,11 @@ void check(const BuildOptions& o) {
     if (!(o.tolerance > 0) || !std::isfinite(o.tolerance))
         throw Error(ErrorCode::usage, "tolerance must be positive, in metres");
     if (!std::isfinite(o.base_height)) throw Error(ErrorCode::usage, "base height is not finite");
+    for (const LayerOptions& layer : o.layers)
+        if (!layer.geoid.empty() && o.vertical_datum != "ellipsoid" && o.vertical_datum != "unstated")
+            throw Error(ErrorCode::usage,
+                        "heights that a geoid is added to are above the ellipsoid, not above " +
+                            o.vertical_datum + "; a geoid must not be applied twice");
     if (o.certify && !(*o.certify > o.tolerance && std::isfinite(*o.certify)))
         throw Error(ErrorCode::usage, "a certified bound must be above the tolerance, which is a part of it");
     if (o.certify && o.mode != Mode::interpolating)

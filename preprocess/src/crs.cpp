@@ -364,6 +364,14 @@ std::shared_ptr<const Crs> Crs::of_wkt(const std::string& wkt, const CrsBox& box
     return earth_crs(srs, box, file, warnings);
 }
 
+bool Crs::has_ellipsoidal_heights(const std::string& wkt) {
+    if (wkt.empty()) return false;
+    const GdalErrors errors;
+    OGRSpatialReference srs;
+    if (srs.importFromWkt(wkt.c_str()) != OGRERR_NONE) return false;
+    return srs.IsCompound() == 0 && srs.GetAxesCount() == 3 && srs.IsGeocentric() == 0;
+}
+
 std::optional<Vec3> Crs::normal(double x, double y) const {
     inverse({&x, 1}, {&y, 1});
     if (!std::isfinite(x) || !std::isfinite(y)) return std::nullopt;

@@ -21,6 +21,8 @@ struct CrsBox {
 // Thread-safe. Coordinates in "traditional GIS" order: longitude or easting first.
 class Crs {
   public:
+    // True if a CRS, given as WKT, says that heights are above the ellipsoid (a geographic 3-D CRS).
+    static bool has_ellipsoidal_heights(const std::string& wkt);
     // Longitude and latitude in degrees on the body's own datum.
     static std::shared_ptr<const Crs> plain();
     // A CRS given as WKT; box is where it will be used, which picks the datum transformation. `file` names

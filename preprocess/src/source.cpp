@@ -61,6 +61,18 @@ const char* to_string(Resampling r) {
     return "cubic";
 }
 
+std::vector<LayerOptions> finest_first(const std::vector<LayerOptions>& layers, const Ellipsoid& body) {
+    initialise_gdal();
+    HandlePool handles;
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t k = 0; k < layers.size(); ++k)
+        order.emplace_back(nominal_spacing(layers[k], body, handles), k);
+    std::sort(order.begin(), order.end());
+    std::vector<LayerOptions> out;
+    for (const auto& [spacing, k] : order) out.push_back(layers[k]);
+    return out;
+}
+
 SourceStack::SourceStack(const std::vector<LayerOptions>& layers, const Ellipsoid& body, double base_height,
                          std::size_t cache_bytes)
     : state_(std::make_unique<State>(body, base_height, cache_bytes)) {

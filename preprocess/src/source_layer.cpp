@@ -68,10 +68,25 @@ void add_contents(std::vector<FileInfo>& infos, const std::vector<std::unique_pt
 
 }  // namespace
 
+double nominal_spacing(const LayerOptions& options, const Ellipsoid& body, HandlePool& handles) {
+    std::vector<std::string> warnings;  // come again when the layer is made
+    const auto files = open_files(options, handles, warnings);
+    double spacing = kInfinity;
+    for (const PlacedFile& placed : place(files, options, body, warnings))
+        spacing = std::min(spacing, describe(placed, body).spacing);
+    return spacing;
+}
+
 SourceLayer::SourceLayer(const LayerOptions& options, const Ellipsoid& body, HandlePool& handles,
                          TileCache& cache, std::uint64_t key, std::vector<std::string>& warnings)
     : resampling_(options.resampling), files_(open_files(options, handles, warnings)) {
     const std::vector<PlacedFile> placed = place(files_, options, body, warnings);
+    for (const PlacedFile& p : placed)
+        if (!options.geoid.empty() && Crs::has_ellipsoidal_heights(p.wkt))
+            throw Error(ErrorCode::usage,
+                        p.file->header().path +
+                            ": its coordinate reference system says that its "
+                            "heights are above the ellipsoid; a geoid would be added twice");
     std::vector<GeoBounds> bounds;
     for (const PlacedFile& p : placed) {
         info_.files.push_back(describe(p, body));

@@ -50,4 +50,7 @@ class SourceLayer {
     LayerInfo info_;
 };
 
+// Nominal spacing in metres of the finest file of a layer. Throws as SourceLayer does.
+double nominal_spacing(const LayerOptions& options, const Ellipsoid& body, HandlePool& handles);
+
 }  // namespace carat

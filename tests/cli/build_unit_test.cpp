@@ -1,4 +1,6 @@
 // carat build: layers, outputs, reports.
+#include <set>
+
 #include "program.hpp"
 #include "rasters.hpp"
 
@@ -140,6 +142,51 @@ TEST_F(Build, BytesDoNotDependOnThreads) {
     ASSERT_EQ(carat("build --threads 1 --layer hills.tif --tolerance 1 -o a.carat").exit, 0);
     ASSERT_EQ(carat("build --threads 3 --memory 1M --layer hills.tif --tolerance 1 -o b.carat").exit, 0);
     EXPECT_EQ(contents(path("a.carat")), contents(path("b.carat")));
+}
+
+TEST_F(Build, LayersCanBeOrderedByResolution) {
+    write_raster(path("coarse.tif"), {64, 32, {-180, -90, 180, 90}, [](double, double) { return 10.0; }});
+    write_raster(path("fine.tif"), {32, 32, {0, 0, 16, 16}, [](double, double) { return 500.0; }});
+    const std::string layers =
+        "build -q --json --no-measure --overwrite --layer coarse.tif --layer fine.tif --tolerance 1 ";
+    const auto given = carat(layers + "-o a.carat").json(),
+               finest = carat(layers + "--layer-order finest -o b.carat").json();
+    EXPECT_EQ(given.at("layers").at(0).at("name"), "coarse.tif");
+    EXPECT_EQ(finest.at("layers").at(0).at("name"), "fine.tif");
+    EXPECT_EQ(carat("query --no-header a.carat 8 8").out.substr(0, 9), "8,8,10.00");
+    EXPECT_EQ(carat("query --no-header b.carat 8 8").out.substr(0, 10), "8,8,500.00");
+    EXPECT_EQ(carat(layers + "--layer-order random -o c.carat").exit, 2);
+}
+
+TEST_F(Build, ProgressCanBeReadByPrograms) {
+    write_raster(path("hills.tif"), hills());
+    const Outcome r = carat("build -q --json-progress --layer hills.tif --tolerance 5 -o a.carat");
+    ASSERT_EQ(r.exit, 0) << r.err;
+    std::istringstream lines(r.err);
+    std::string line;
+    std::set<std::string> stages;
+    while (std::getline(lines, line)) {
+        const auto p = nlohmann::json::parse(line);
+        stages.insert(p.at("stage"));
+        EXPECT_GE(p.at("seconds"), 0);
+        if (p.contains("total")) {
+            EXPECT_LE(p.at("done"), p.at("total"));
+        }
+    }
+    EXPECT_TRUE(stages.contains("coding")) << r.err;
+    EXPECT_TRUE(stages.contains("measuring")) << r.err;
+}
+
+TEST_F(Build, AGeoidIsNeverAppliedTwice) {
+    write_raster(path("hills.tif"), hills());
+    write_raster(path("geoid.tif"), flat(40));
+    const std::string build = "build -q --layer hills.tif --geoid geoid.tif --tolerance 5 ";
+    const Outcome other = carat(build + "--vertical-datum egm96 -o a.carat");
+    EXPECT_EQ(other.exit, 2);
+    EXPECT_TRUE(contains(other.err, "applied twice")) << other.err;
+    const Outcome twice = carat(build + "--geoid geoid.tif -o a.carat");
+    EXPECT_EQ(twice.exit, 2);
+    EXPECT_FALSE(fs::exists(path("a.carat")));
 }
 
 }  // namespace

@@ -121,5 +121,18 @@ TEST(ImageSource, SixteenBitPngWithBounds) {
     EXPECT_EQ(stack_of({options}).sample(at(0, 1)).height, 60010);
 }
 
+TEST(Geoid, HeightsThatAreEllipsoidalAlreadyAreRefused) {
+    const Folder folder;
+    RasterSpec spec;
+    spec.epsg = 4979;  // WGS 84 with ellipsoidal heights
+    LayerOptions layer =
+        layer_of(write_raster(folder.file("ellipsoidal.tif"), spec, [](double, double) { return 7.0; }));
+    RasterSpec grid{36, 18, {-180, 10, 0, 90, 0, -10}};
+    layer.geoid = write_raster(folder.file("geoid.tif"), grid, [](double, double) { return 40.0; });
+    EXPECT_EQ(refusal({layer}, "ellipsoidal.tif"), ErrorCode::usage);
+    layer.geoid.clear();
+    EXPECT_EQ(refusal({layer}, "ellipsoidal.tif"), std::nullopt);
+}
+
 }  // namespace
 }  // namespace carat::test

@@ -96,4 +96,8 @@ class SourceStack {
     std::unique_ptr<State> state_;
 };
 
+// The layers by the nominal spacing of their finest file (LayerInfo::spacing), finest first; equals keep
+// their order. Opens every file, reads no samples. Throws as SourceStack does.
+std::vector<LayerOptions> finest_first(const std::vector<LayerOptions>& layers, const Ellipsoid& body);
+
 }  // namespace carat
