@@ -100,8 +100,9 @@ void LayerArguments::add_options(CLI::App& app, const char* group) {
     add(app, "--nodata", "V", "This raw value is a hole", group);
     add(app, "--bounds", "W,S,E,N", "Degrees, outer edges; for files without a georeference", group);
     add(app, "--feather", "METRES",
-        "Width over which the layer fades into those below at its holes and borders (default 4 of its "
-        "samples; 0: a step)",
+        "Width over which the layer fades into those below (default: 4 of its samples at holes, 16 at its "
+        "edges; "
+        "0: a step)",
         group);
     add(app, "--resampling", "KIND", "nearest, bilinear (default) or cubic", group);
     add(app, "--band", "N", "Band of the rasters (default 1)", group);

@@ -1,6 +1,7 @@
 // Grid: distances to holes and the weights made of them.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "blend.hpp"
 #include "grid.hpp"
@@ -69,7 +70,7 @@ bool Grid::far_from_holes(const PixelWindow& window) const {
 // floats, at most feather + 1; no samples: all are that far.
 TilePtr Grid::load_distances(TileIndex t) const {
     const PixelWindow w = window_of(t);
-    const int reach = static_cast<int>(std::ceil(feather_)) + 1;
+    const int reach = static_cast<int>(std::ceil(feather_.holes)) + 1;
     const PixelWindow around{w.x - reach, w.y - reach, w.width + 2 * reach, w.height + 2 * reach};
     auto tile = std::make_shared<Tile>(Tile{w.x, w.y, w.width, w.height, {}, {}});
     if (far_from_holes(around)) return tile;
@@ -91,7 +92,7 @@ TilePtr Grid::load_distances(TileIndex t) const {
                     const int dx = in_row[row(pixel_row) + static_cast<std::size_t>(x + reach)];
                     nearest = std::min(nearest, dx * dx + k * k);
                 }
-            *out++ = std::min(std::sqrt(static_cast<float>(nearest)), static_cast<float>(feather_ + 1));
+            *out++ = std::min(std::sqrt(static_cast<float>(nearest)), static_cast<float>(feather_.holes + 1));
         }
     return tile;
 }
@@ -143,16 +144,34 @@ class DistanceSampler {
     TilePtr tile_, last_;
 };
 
+// Samples between a place and the nearest outer edge of the grid that is one: 180 and the poles are none.
+double Grid::from_edges(double u, double v) const {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    const auto w = static_cast<double>(frame_.width()), h = static_cast<double>(frame_.height());
+    const double across = frame_.period() > 0 ? kNone : std::min(u, w - u);
+    const double above = frame_.top().reached ? kNone : v, below = frame_.bottom().reached ? kNone : h - v;
+    return std::min(across, std::min(above, below));
+}
+
+bool Grid::fades(const PixelWindow& window) const {
+    if (feather_.holes == 0) return false;
+    if (!distances_at(window.x, window.y)->samples.empty()) return true;
+    const auto x = static_cast<double>(window.x), y = static_cast<double>(window.y);
+    return std::min(from_edges(x, y), from_edges(x + window.width, y + window.height)) < feather_.edges;
+}
+
 void Grid::weigh(std::span<const double> lat, std::span<const double> lon,
                  std::span<const std::uint8_t> valid, std::span<double> weights) const {
     std::fill(weights.begin(), weights.end(), 1.0);
-    if (feather_ == 0) return;
+    if (feather_.holes == 0) return;
     std::array<double, kChunk> u, v;
     frame_.to_pixels(lat, lon, std::span(u).first(lat.size()), std::span(v).first(lat.size()));
     DistanceSampler distances(*this);
     for (std::size_t i = 0; i < lat.size(); ++i) {
         if (valid[i] == 0) continue;
-        const double t = std::clamp(distances.at(u[i], v[i]) / feather_, 0.0, 1.0);
+        const double t = std::clamp(
+            std::min(distances.at(u[i], v[i]) / feather_.holes, from_edges(u[i], v[i]) / feather_.edges), 0.0,
+            1.0);
         weights[i] = t * t * (3 - 2 * t);
     }
 }

@@ -74,8 +74,8 @@ std::optional<double> mean_at_pole(const Grid& grid, const PoleEnd& pole) {
 
 }  // namespace
 
-Grid::Grid(Frame frame, std::vector<GridPart> parts, const Ellipsoid& body, double feather, TileCache& cache,
-           std::uint64_t key)
+Grid::Grid(Frame frame, std::vector<GridPart> parts, const Ellipsoid& body, const Feather& feather,
+           TileCache& cache, std::uint64_t key)
     : frame_(std::move(frame)), parts_(std::move(parts)), feather_(feather), cache_(cache), key_(key) {
     choose_tiles();
     index_parts();

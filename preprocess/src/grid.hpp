@@ -21,6 +21,12 @@ struct GridPart {
     std::int64_t x = 0, y = 0;
 };
 
+// Over how many samples a grid fades into what lies below it; 0: not at all.
+struct Feather {
+    double holes = 0;  // at holes and at the edges of files within the grid, 0 to Grid::kMaxFeather
+    double edges = 0;  // at the outer edges of the grid
+};
+
 // Which samples of a region are there.
 struct Coverage {
     double spacing = 0;  // metres, finest where samples are valid; +infinity if none is
@@ -32,9 +38,8 @@ class Grid {
   public:
     // Parts in priority order; all have the same type, scale and offset. Reads everything that may contain
     // holes, in parallel. `key` is unique among the grids of a cache.
-    // feather: in samples, 0 to kMaxFeather.
-    Grid(Frame frame, std::vector<GridPart> parts, const Ellipsoid& body, double feather, TileCache& cache,
-         std::uint64_t key);
+    Grid(Frame frame, std::vector<GridPart> parts, const Ellipsoid& body, const Feather& feather,
+         TileCache& cache, std::uint64_t key);
     static constexpr double kMaxFeather = 64;
 
     const Frame& frame() const { return frame_; }
@@ -65,7 +70,9 @@ class Grid {
     // The tile that contains sample (x, y) of the grid; distances of its pixels' corners to holes.
     TilePtr tile_at(std::int64_t x, std::int64_t y) const;
     TilePtr distances_at(std::int64_t x, std::int64_t y) const;
-    double feather() const { return feather_; }
+    double feather() const { return feather_.holes; }
+    // True if some weight of a place in the window is below 1.
+    bool fades(const PixelWindow& window) const;
     // Mean of the valid samples of the row that stands for a pole, in the samples' own unit; nothing if there
     // is none.
     const std::optional<double>& top_mean() const { return top_mean_; }
@@ -93,6 +100,7 @@ class Grid {
     TilePtr tile(TileIndex t) const;
     TilePtr load_distances(TileIndex t) const;
     std::vector<std::uint8_t> validity(const PixelWindow& window) const;
+    double from_edges(double u, double v) const;
     bool far_from_holes(const PixelWindow& window) const;
     bool certainly_full(TileIndex t) const;
     std::vector<std::uint8_t> covered_by_parts(const PixelWindow& window) const;
@@ -105,7 +113,7 @@ class Grid {
 
     Frame frame_;
     std::vector<GridPart> parts_;
-    double feather_;
+    Feather feather_;
     TileCache& cache_;
     std::uint64_t key_;
     Cap cap_;

@@ -28,19 +28,19 @@ std::vector<std::unique_ptr<RasterFile>> open_files(const LayerOptions& options,
 }
 
 // The feather of a grid in samples.
-double feather_samples(const LayerOptions& options, const Frame& frame, const Ellipsoid& body,
-                       const std::string& path, std::vector<std::string>& warnings) {
-    constexpr double kDefault = 4;
+Feather feather_samples(const LayerOptions& options, const Frame& frame, const Ellipsoid& body,
+                        const std::string& path, std::vector<std::string>& warnings) {
+    constexpr Feather kDefault{4, 16};
     if (!options.feather) return kDefault;
     if (!(*options.feather >= 0)) throw Error(ErrorCode::usage, path + ": the feather is negative");
     const double spacing =
         frame.spacing(body, static_cast<double>(frame.width()) / 2, static_cast<double>(frame.height()) / 2)
             .value_or(kInfinity);
     const double samples = *options.feather / spacing;
-    if (samples <= Grid::kMaxFeather) return samples;
+    if (samples <= Grid::kMaxFeather) return {samples, samples};
     warnings.push_back(path + ": the feather of " + std::to_string(*options.feather) + " m is cut to " +
                        std::to_string(Grid::kMaxFeather * spacing) + " m, 64 samples");
-    return Grid::kMaxFeather;
+    return {Grid::kMaxFeather, Grid::kMaxFeather};
 }
 
 FileInfo describe(const PlacedFile& placed, const Ellipsoid& body) {
@@ -106,7 +106,7 @@ SourceLayer::SourceLayer(const LayerOptions& options, const Ellipsoid& body, Han
     for (GridPlan& plan : plans) {
         const std::string& path = plan.parts.front().file->header().path;
         Frame frame(plan.crs, plan.transform, plan.width, plan.height, path);
-        const double feather = feather_samples(options, frame, body, path, warnings);
+        const Feather feather = feather_samples(options, frame, body, path, warnings);
         grids_.push_back(std::make_unique<Grid>(std::move(frame), std::move(plan.parts), body, feather, cache,
                                                 key + grids_.size()));
         info_.samples += grids_.back()->samples();

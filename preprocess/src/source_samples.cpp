@@ -136,7 +136,7 @@ class SourceSamples::Reader {
         if (const Geoid* geoid = stack_.layers[static_cast<std::size_t>(block_.layer)]->geoid())
             add_geoid(*geoid);
         find_others();
-        const bool fades = grid_.feather() > 0 && !below_.empty() && near_holes();
+        const bool fades = !below_.empty() && grid_.fades(block_.window);
         const bool alone = above_.empty() && !fades;
         for (std::size_t start = 0; start < normals_.size(); start += kChunk) {
             const std::size_t count = std::min(kChunk, normals_.size() - start);
@@ -203,11 +203,6 @@ class SourceSamples::Reader {
                 else if (meet(grid->cap(), cap))
                     (before ? above_ : below_).push_back({grid.get(), stack_.layers[k]->resampling()});
             }
-    }
-
-    bool near_holes() const {
-        const PixelWindow& w = block_.window;
-        return !grid_.distances_at(w.x, w.y)->samples.empty();
     }
 
     void add_chunk(std::size_t start, std::size_t count, bool fades) {

@@ -140,7 +140,7 @@ TEST(Measure, FeatheredSamplesAreComparedWithTheBlend) {
     Build build(folder);
     const std::string fine = write_raster(folder.file("inset.tif"), inset(), rough);
     build.options.layers = {layer_of(fine), layer_of(write_raster(folder.file("world.tif"), world(), rough))};
-    build.options.layers[0].feather.reset();  // four samples
+    build.options.layers[0].feather = 4 * build.sources().layers()[0].spacing;
     build.run();
     const ErrorSummary errors = measure_errors(build.sources(), build.file());
     const LayerErrors& top = errors.layers.at(0);

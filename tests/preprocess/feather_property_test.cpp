@@ -36,7 +36,7 @@ TEST(Feather, WeightAtAStraightBorder) {
     for (const std::optional<double> feather : {std::optional<double>(), std::optional(10 * 895.0)}) {
         top.feather = feather;
         const SourceStack stack = stack_of({top, below});
-        const double samples = feather ? *feather / stack.layers()[0].spacing : 4;
+        const double samples = feather ? *feather / stack.layers()[0].spacing : 16;
         for (double u = 0.01; u < 30; u += 0.37) {
             const auto value = stack.sample(pixel(u, 100));
             const double expected = smoothstep(u / samples);

@@ -39,7 +39,8 @@ struct LayerOptions {
     std::string geoid = {};
     Resampling resampling = Resampling::bilinear;
     // Width in metres over which the layer fades into the layers below at its holes and borders (source.hpp);
-    // 0: not at all; by default four samples. At most 64 samples, else cut to that with a warning.
+    // 0: not at all; by default four samples at holes, sixteen at outer edges. At most 64 samples, else cut
+    // to that with a warning.
     std::optional<double> feather = std::nullopt;
     int band = 1;  // counted from 1
     LatitudeKind latitude = LatitudeKind::automatic;
