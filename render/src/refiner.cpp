@@ -36,10 +36,10 @@ Refiner::State::State(std::shared_ptr<const Repository> repository, const Refine
       body_(repository_->header().ellipsoid()),
       cells_(repository_->header().cells()),
       unit_(length_unit(body_)),
+      read_before_(repository_->counters()),
       maker_(*repository_, body_),
       graph_(maker_),
       seams_(cells_),
-      read_before_(repository_->counters()),
       pool_(worker_count(options.threads), lower_thread_priority) {
     for (const auto& n : graph_.nodes())
         for (const LiveHalf& h : n->halves) live_bytes_ += bytes_of(h.data);
@@ -56,8 +56,8 @@ void Refiner::State::begin(const View& view, const RefineGoal& goal, const Refin
     direct_ = to_the_end_ && budget.upload_bytes == std::numeric_limits<std::size_t>::max();
     end_ = to_the_end_ ? Clock::time_point::max() : start_ + nanoseconds(budget.milliseconds);
     // What refinement leaves: a twentieth for border normals, and the lists.
-    const double reserve = std::min(0.4 * budget.milliseconds, 0.05 * budget.milliseconds + 1.5 * finish_ms_);
-    deadline_ = to_the_end_ ? end_ : end_ - nanoseconds(reserve);
+    reserve_ms_ = std::min(0.4 * budget.milliseconds, 0.05 * budget.milliseconds + 1.5 * finish_ms_);
+    deadline_ = to_the_end_ ? end_ : end_ - nanoseconds(reserve_ms_);
     ++frame_;
     goal_ = goal;
     upload_left_ = budget.upload_bytes;
@@ -73,6 +73,7 @@ void Refiner::State::begin(const View& view, const RefineGoal& goal, const Refin
 }
 
 RefinedFrame Refiner::State::frame(const View& view, const RefineGoal& goal, const RefineBudget& budget) {
+    const double first = thread_milliseconds();
     begin(view, goal, budget);
     pool_.drop_unstarted();
     {
@@ -81,10 +82,17 @@ RefinedFrame Refiner::State::frame(const View& view, const RefineGoal& goal, con
         select();
     }
     refine_until_deadline();
+    const double refined = thread_milliseconds();
     collect(pool_.take());
     cover_missing_meshes();
     cache_.shrink(options_.bytes - std::min(options_.bytes, live_bytes_));
-    return finish();
+    RefinedFrame out = finish();
+    if (!to_the_end_) {
+        const double last = thread_milliseconds();
+        out.counters.late_ms =
+            std::max({0.0, last - refined - reserve_ms_, last - first - budget.milliseconds});
+    }
+    return out;
 }
 
 void Refiner::State::refine_until_deadline() {
@@ -108,6 +116,7 @@ void Refiner::State::sync_seams() {
         ++k;
         if (n.refined) continue;
         for (LiveHalf& half : n.halves) {
+            // Culled halves, where they are drawn at all, are no neighbours: those in sight look the same.
             const bool drawn = half.exists && half.visible();
             if (drawn && !half.in_seams) seams_.add(half);
             if (!drawn && half.in_seams) seams_.remove(half);
@@ -148,7 +157,7 @@ void Refiner::State::list_patches(RefinedFrame& out) {
             if (!half.exists) continue;
             if (half.judgement.culled == Culled::frustum) ++counters_.culled_frustum;
             if (half.judgement.culled == Culled::horizon) ++counters_.culled_horizon;
-            if (half.visible()) drawn.push_back(&half);
+            if (shown(half)) drawn.push_back(&half);
         }
     }
     std::sort(drawn.begin(), drawn.end(),

@@ -36,7 +36,7 @@ Refiner::State::Step Refiner::State::refine(LiveNode& n) {
 bool Refiner::State::meshes_ready(const LiveNode& n, const Refinement& refinement) {
     bool ready = true;
     for (const ChildHalf& child : refinement.children) {
-        if (child.mesh || judge(child, n.level + 1).culled != Culled::none) continue;
+        if (child.mesh || !shown(judge(child, n.level + 1))) continue;
         request_mesh(child, n.priority);
         ready = false;
     }
@@ -47,16 +47,14 @@ bool Refiner::State::meshes_ready(const LiveNode& n, const Refinement& refinemen
 bool Refiner::State::within_uploads(const LiveNode& n, const Refinement& refinement) const {
     std::uint64_t bytes = 0;
     for (const ChildHalf& child : refinement.children)
-        if (!child.published && judge(child, n.level + 1).culled == Culled::none)
-            bytes += maker_.mesh_bytes();
+        if (!child.published && shown(judge(child, n.level + 1))) bytes += maker_.mesh_bytes();
     return bytes <= upload_left_ || counters_.installed == 0;
 }
 
 bool Refiner::State::within_budgets(const LiveNode& n, const Refinement& refinement) const {
     std::uint64_t patches = drawn_;
-    for (const LiveHalf& half : n.halves) patches -= half.visible() ? 1 : 0;
-    for (const ChildHalf& child : refinement.children)
-        patches += judge(child, n.level + 1).culled == Culled::none ? 1 : 0;
+    for (const LiveHalf& half : n.halves) patches -= shown(half) ? 1 : 0;
+    for (const ChildHalf& child : refinement.children) patches += shown(judge(child, n.level + 1)) ? 1 : 0;
     const std::uint64_t cells = static_cast<std::uint64_t>(cells_);
     return patches * cells * cells <= options_.triangles &&
            live_bytes_ + bytes_of(refinement) <= options_.bytes;
@@ -87,7 +85,7 @@ void Refiner::State::install(LiveNode& n) {
     work_through({n.child_halves.begin(), n.child_halves.end()});
     for (LiveHalf* half : n.child_halves) {
         enter_frontier(*half);
-        if (half->visible() && !half->data.published)
+        if (shown(*half) && !half->data.published)
             upload_left_ -= std::min<std::uint64_t>(upload_left_, maker_.mesh_bytes());
         // Needed before it was complete.
         const LiveNode& child = *half->node;
@@ -113,7 +111,7 @@ bool Refiner::State::try_coarsen(LiveNode& n, double priority) {
     bool ready = true;
     for (LiveHalf& half : n.halves) {
         if (half.judged != frame_) judge(half);
-        if (direct_ || half.data.mesh || !half.visible()) continue;
+        if (direct_ || half.data.mesh || !shown(half)) continue;
         request_mesh(half.data, priority);
         ready = false;
     }

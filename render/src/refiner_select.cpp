@@ -65,15 +65,20 @@ void Refiner::State::judge(LiveHalf& half) {
     half.judged = frame_;
 }
 
+bool Refiner::State::shown(const Judgement& judgement) const {
+    return judgement.culled == Culled::none ||
+           (judgement.culled == Culled::frustum ? !options_.skip_frustum : !options_.skip_horizon);
+}
+
 void Refiner::State::enter_frontier(LiveHalf& half) {
-    if (!half.visible()) return;
+    if (!shown(half)) return;
     ++drawn_;
     if (!half.data.mesh) missing_.insert(half.half());
 }
 
 void Refiner::State::leave_frontier(LiveHalf& half) {
     if (half.in_seams) seams_.remove(half);
-    if (!half.visible()) return;
+    if (!shown(half)) return;
     --drawn_;
     missing_.erase(half.half());
 }

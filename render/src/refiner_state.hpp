@@ -52,6 +52,9 @@ class Refiner::State {
     void need(LiveNode& n, double priority, std::vector<LiveHalf*>& new_halves);
     void judge(LiveHalf& half);
     Judgement judge(const ChildHalf& child, int level) const;
+    // Whether a frontier half judged so is drawn.
+    bool shown(const Judgement& judgement) const;
+    bool shown(const LiveHalf& half) const { return half.exists && shown(half.judgement); }
     void enter_frontier(LiveHalf& half);  // precondition: judged
     void leave_frontier(LiveHalf& half);
 
@@ -87,6 +90,7 @@ class Refiner::State {
     const Ellipsoid body_;
     const int cells_;
     const double unit_;
+    ReadCounters read_before_;  // what had been read by the end of the last frame
     const RefinementMaker maker_;
     LiveGraph graph_;
     RefinementCache cache_;
@@ -110,8 +114,8 @@ class Refiner::State {
     RefineCounters counters_;
 
     // Of all frames.
-    std::uint64_t live_bytes_ = 0;  // in the graph
-    ReadCounters read_before_;
+    std::uint64_t live_bytes_ = 0;                            // in the graph
+    double reserve_ms_ = 0;                                   // of the frame, after refinement
     double finish_ms_ = 0.2;                                  // what a frame's end took lately
     std::vector<std::shared_ptr<const PatchMesh>> previous_;  // drawn in the last frame, by half
 

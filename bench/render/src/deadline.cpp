@@ -63,12 +63,13 @@ DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const E
     row.flight = named.name;
     row.budget_ms = budget_ms;
     row.frames = static_cast<std::size_t>(o.frames);
-    std::vector<double> overrun, error;
+    std::vector<double> overrun, late, error;
     for (int k = 0; k < o.frames; ++k) {
         const View view = view_at(body, flight, frame_time(flight, k, o.frames), o);
         const Clock::time_point start = Clock::now();
         const RefinedFrame frame = refiner.frame(view, o.goal, budget);
         overrun.push_back(milliseconds_since(start) - budget_ms);
+        late.push_back(frame.counters.late_ms);
         error.push_back(frame.counters.worst_error);
         row.converged_share += frame.converged ? 1.0 / o.frames : 0;
         row.greatest_triangles = std::max(row.greatest_triangles, frame.counters.triangles);
@@ -77,6 +78,7 @@ DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const E
         row.uploads += static_cast<double>(frame.counters.uploads) / o.frames;
     }
     row.overrun = spread_of(std::move(overrun));
+    row.late = spread_of(std::move(late));
     row.median_error = spread_of(std::move(error)).median;
     row.wait_overrun = spread_of(plain_waits(budget_ms, o.frames));
     row.jump_seconds = seconds_to_converge(repository, body, flight, budget_ms, o);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "carat/globe/patch.hpp"
@@ -91,6 +92,55 @@ std::uint64_t expect_no_hole(const Ellipsoid& body, double scale, const View& vi
         EXPECT_TRUE(std::any_of(list.meshes.begin(), list.meshes.end(),
                                 [&](const auto& mesh) { return ray_meets(*mesh, view, x, y, cells); }))
             << "a ray through " << x / view.tan_x() << ", " << y / view.tan_y() << " misses everything";
+    }
+    return met;
+}
+
+namespace {
+
+// Depth along the view axis at which the ray (x, y, 1) of the screen's axes first meets a list; infinite if
+// never.
+double first_depth(const DrawList& list, const View& view, double x, double y, int cells) {
+    double first = std::numeric_limits<double>::infinity();
+    for (const auto& mesh : list.meshes) {
+        std::vector<Vec3> v;
+        for (const PatchVertex& vertex : mesh->vertices) {
+            Vec3 p{};
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                p[axis] = view.unit() * static_cast<double>(mesh->anchor[axis] + vertex.offset[axis] -
+                                                            view.camera().eye[axis]) +
+                          view.eye()[axis];
+            v.push_back(view.to_screen_axes(p));
+        }
+        for (const auto& t : half_triangles(mesh->half.side, cells)) {
+            const Vec3 &p = v[t[0]], &q = v[t[1]], &r = v[t[2]];
+            // Volumes with the ray; all of one sign inside.
+            const auto volume = [&](const Vec3& s, const Vec3& e) {
+                return x * (s[1] * e[2] - s[2] * e[1]) + y * (s[2] * e[0] - s[0] * e[2]) +
+                       (s[0] * e[1] - s[1] * e[0]);
+            };
+            const double a = volume(q, r), b = volume(r, p), c = volume(p, q), sum = a + b + c;
+            if (sum == 0 || a / sum < 0 || b / sum < 0 || c / sum < 0) continue;
+            const double depth = (a * p[2] + b * q[2] + c * r[2]) / sum;
+            if (depth > 0) first = std::min(first, depth);
+        }
+    }
+    return first;
+}
+
+}  // namespace
+
+std::uint64_t expect_behind(const DrawList& drawn, const DrawList& hidden, const View& view, int cells,
+                            std::mt19937_64& generator) {
+    std::uniform_real_distribution<double> unit(-1, 1);
+    std::uint64_t met = 0;
+    for (int k = 0; k < 20; ++k) {
+        const double x = unit(generator) * view.tan_x(), y = unit(generator) * view.tan_y();
+        const double before = first_depth(drawn, view, x, y, cells);
+        const double behind = first_depth(hidden, view, x, y, cells);
+        if (std::isfinite(before) || std::isfinite(behind)) ++met;
+        EXPECT_TRUE(!std::isfinite(behind) || before < behind)
+            << "a culled patch is seen at " << x << ", " << y;
     }
     return met;
 }

@@ -43,6 +43,11 @@ void expect_culled_unseen(const TrueSurface& surface, const View& view, const Cu
 std::uint64_t expect_no_hole(const Ellipsoid& body, double scale, const View& view, const DrawList& list,
                              int cells, std::mt19937_64& generator);
 
+// Random rays of the screen that meet a patch of `hidden` meet one of `drawn` before it. Returns how many
+// rays met anything.
+std::uint64_t expect_behind(const DrawList& drawn, const DrawList& hidden, const View& view, int cells,
+                            std::mt19937_64& generator);
+
 // A random lattice point of a half, and where it is in the half's grid.
 struct Place {
     LatticePoint point;

@@ -1,8 +1,11 @@
 // The same promises on real files: summaries, decoder and cut together.
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "build/scratch.hpp"
 #include "carat/codec/surface.hpp"
+#include "carat/render/refiner.hpp"
 #include "render/cut/checks.hpp"
 #include "support/test_data.hpp"
 
@@ -77,6 +80,62 @@ TEST(CutOfFile, SyntheticEarth) { build_and_expect(synth::Kind::earth, Mode::int
 TEST(CutOfFile, SyntheticEarthFiltered) { build_and_expect(synth::Kind::earth, Mode::paper); }
 TEST(CutOfFile, Spikes) { build_and_expect(synth::Kind::spikes, Mode::interpolating); }
 TEST(CutOfFile, Cliff) { build_and_expect(synth::Kind::cliff, Mode::interpolating); }
+
+// A view from near reads the pages on the way to it, and shows the same when every page has been read before.
+TEST(RefinerOfFile, ReadsThePagesThatItNeeds) {
+    const Scratch scratch;
+    const BuildOptions build = synthetic_build(synth::Kind::earth, scratch.folder, 1024);
+    build_repository(build);
+    const Ellipsoid body = Repository::open(build.output)->header().ellipsoid();
+    const View near(body, {{35, 100}, 20'000, 40, -30, 50, 400, 250});
+
+    const std::shared_ptr<const Repository> fresh = Repository::open(build.output);
+    Refiner refiner(fresh);
+    const RefinedFrame frame = refiner.frame(near, {2, 0});
+    ASSERT_TRUE(frame.converged);
+
+    const std::shared_ptr<const Repository> known = Repository::open(build.output);
+    std::vector<DiamondId> open;
+    for (int face = 0; face < kFaces; ++face) open.push_back(root_diamond(face));
+    while (!open.empty()) {
+        const DiamondId d = open.back();
+        open.pop_back();
+        if (!known->refined(d)) continue;
+        for (const DiamondId k : children(d))
+            if (parent(k, 0) == d || !parent(k, 0)) open.push_back(k);
+    }
+    EXPECT_GT(known->counters().pages, 2 * fresh->counters().pages);
+    EXPECT_LT(fresh->counters().bytes, known->counters().bytes);
+    EXPECT_EQ(frame.counters.read.pages, fresh->counters().pages);
+    EXPECT_EQ(frame.counters.decoded + frame.counters.predicted + frame.counters.virtual_refined,
+              frame.counters.refined);
+
+    Refiner again(known);
+    const RefinedFrame same = again.frame(near, {2, 0});
+    ASSERT_EQ(same.draw.size(), frame.draw.size());
+    for (std::size_t k = 0; k < same.draw.size(); ++k) {
+        ASSERT_EQ(same.draw[k]->half, frame.draw[k]->half);
+        ASSERT_EQ(std::memcmp(same.draw[k]->vertices.data(), frame.draw[k]->vertices.data(),
+                              same.draw[k]->vertices.size() * sizeof(PatchVertex)),
+                  0);
+    }
+    EXPECT_EQ(same.counters.read.pages, 0u);  // all of them are in the repository's cache
+}
+
+// Where all residuals are zero nothing is decoded; the heights are those of the prediction.
+TEST(RefinerOfFile, PredictsWhereThereAreNoResiduals) {
+    const Scratch scratch;
+    BuildOptions build = synthetic_build(synth::Kind::cliff, scratch.folder, 512);
+    build.tolerance = 20'000;  // above all relief
+    build_repository(build);
+    const std::shared_ptr<const Repository> repository = Repository::open(build.output);
+    const Ellipsoid body = repository->header().ellipsoid();
+    Refiner refiner(repository);
+    const RefinedFrame frame = refiner.frame(View(body, {{10, 40}, 50'000, 0, -60, 50, 400, 250}), {0.5, 0});
+    EXPECT_GT(frame.counters.predicted, 0u);
+    EXPECT_EQ(frame.counters.decoded, 0u);
+    EXPECT_EQ(frame.counters.predicted + frame.counters.virtual_refined, frame.counters.refined);
+}
 
 TEST(CutOfFile, Mars) {
     CARAT_NEEDS_DATA("mars_mola_15min.tif");

@@ -143,6 +143,50 @@ TEST(RefinerProperty, BudgetsOfTrianglesMemoryAndUploadsHold) {
     expect_same_meshes(frame.draw, converged_cut(planet, view, 1).meshes, "after small uploads");
 }
 
+// With culling off the culled are built and drawn too, and no ray of the screen meets them first: the picture
+// is the same. What is in sight keeps its meshes to the last bit. With it on, the work is strictly less.
+TEST(RefinerProperty, WhatIsSkippedIsNotInThePicture) {
+    std::mt19937_64 generator(23);
+    std::uint64_t rays = 0, frustum = 0, horizon = 0, built_least = 0, built_all = 0;
+    for (const FakeRepository* planet : planets())
+        for (const NamedView& v : test_views(*planet, 10, 24)) {
+            Refiner skipping(borrow(*planet));
+            const RefinedFrame least = skipping.frame(v.view, {2, 0});
+            for (const bool of_frustum : {true, false}) {
+                RefinerOptions options;
+                (of_frustum ? options.skip_frustum : options.skip_horizon) = false;
+                Refiner refiner(borrow(*planet), options);
+                const RefinedFrame all = refiner.frame(v.view, {2, 0});
+                EXPECT_EQ(all.counters.refined, least.counters.refined);
+                std::vector<std::shared_ptr<const PatchMesh>> common, extra;
+                for (const auto& mesh : all.draw) {
+                    const bool in_sight = std::any_of(least.draw.begin(), least.draw.end(),
+                                                      [&](const auto& m) { return m->half == mesh->half; });
+                    (in_sight ? common : extra).push_back(mesh);
+                }
+                expect_same_meshes(common, least.draw, v.name);
+                const std::uint64_t culled =
+                    of_frustum ? least.counters.culled_frustum : least.counters.culled_horizon;
+                EXPECT_EQ(extra.size(), culled) << v.name;
+                if (culled > 0) {
+                    EXPECT_LT(least.counters.triangles, all.counters.triangles);
+                    EXPECT_LT(least.counters.upload_bytes, all.counters.upload_bytes);
+                    EXPECT_LE(least.counters.decoded, all.counters.decoded);
+                }
+                (of_frustum ? frustum : horizon) += culled;
+                built_least += least.counters.built;
+                built_all += all.counters.built;
+                rays +=
+                    expect_behind({least.draw, {}}, {extra, {}}, v.view, planet->header().cells(), generator);
+                if (HasFailure()) return;
+            }
+        }
+    EXPECT_GT(frustum, 100u);
+    EXPECT_GT(horizon, 100u);
+    EXPECT_LT(built_least, built_all);
+    EXPECT_GT(rays, 1000u);
+}
+
 TEST(RefinerProperty, UploadsAreWhatTheLastFrameDidNotDraw) {
     const FakeRepository& planet = rough_earth();
     Refiner refiner(borrow(planet));

@@ -39,6 +39,9 @@ struct RefineBudget {
 };
 
 struct RefinerOptions {
+    // Frontier halves off the screen and behind the horizon are neither built nor drawn. Off: they are, and
+    // change nothing in the picture; the cut and all other meshes are the same.
+    bool skip_frustum = true, skip_horizon = true;
     int threads = 0;                               // workers; 0: one for each core
     std::uint64_t triangles = 16'000'000;          // drawn at most; never fewer than the coarsest cut needs
     std::uint64_t bytes = std::uint64_t{2} << 30;  // of heights and meshes, those kept for later included
@@ -49,10 +52,9 @@ struct RefineCounters {
     std::uint64_t refined = 0;                             // diamonds in it
     std::uint64_t virtual_refined = 0;                     // of these, below the file's leaves
     std::uint64_t culled_frustum = 0, culled_horizon = 0;  // frontier halves not drawn, by reason
-    std::uint64_t culled_back_face = 0;
-    std::uint64_t patches = 0, triangles = 0;  // drawn
-    std::uint64_t limited = 0;                 // drawn patches above the threshold with nothing finer
-    double worst_error = 0;                    // pixels, greatest error bound among the drawn patches
+    std::uint64_t patches = 0, triangles = 0;              // drawn
+    std::uint64_t limited = 0;  // drawn patches above the threshold with nothing finer
+    double worst_error = 0;     // pixels, greatest error bound among the drawn patches
     // This frame.
     std::uint64_t installed = 0, coarsened = 0;  // diamonds that entered and left the cut
     std::uint64_t forced_coarse = 0;  // times that a coarser patch stood in for one not built in time
@@ -60,6 +62,10 @@ struct RefineCounters {
     std::uint64_t unstitched = 0;  // drawn patches whose border normals still see one side only
     std::uint64_t waiting = 0;     // diamonds requested and not yet there
     double selection_ms = 0, stitch_ms = 0, wait_ms = 0, total_ms = 0;  // wall time of frame() and its parts
+    // By the processor time of the calling thread, how much it took beyond the budget, or after refinement
+    // beyond what is set aside for the frame's end: what the frame is late by on a core of its own. 0 without
+    // a time limit.
+    double late_ms = 0;
     // Since the last frame, by the workers.
     std::uint64_t decoded = 0;           // diamonds decoded from residuals
     std::uint64_t predicted = 0;         // diamonds of the file without residuals: predicted alone
@@ -72,7 +78,7 @@ struct RefineCounters {
 };
 
 struct RefinedFrame {
-    // The patches to draw, sorted by half; back-facing ones left out. Meshes are immutable and may outlive
+    // The patches to draw, sorted by half. Meshes are immutable and may outlive
     // the Refiner. A half whose border normals change is given a new mesh object.
     std::vector<std::shared_ptr<const PatchMesh>> draw;
     // Those of `draw` that were not in the previous frame's list as the same object: to upload.

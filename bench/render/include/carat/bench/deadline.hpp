@@ -30,6 +30,7 @@ struct DeadlineRow {
     double budget_ms = 0;
     std::size_t frames = 0;
     Spread overrun;       // of frame() beyond the budget, wall clock; below 0: done early
+    Spread late;          // the same by the frame thread's processor time (RefineCounters::late_ms)
     Spread wait_overrun;  // of as many plain timed waits of that length in the same run: the machine's own
     double converged_share = 0;  // of the frames
     double median_error = 0;     // pixels: worst error bound among the drawn patches
