@@ -7,7 +7,7 @@
 namespace carat {
 namespace {
 
-constexpr std::size_t kLeast = 4096, kGreatestKept = std::size_t{16} << 20;
+constexpr std::size_t kLeast = 4096, kGreatestKept = std::size_t{64} << 20;
 
 struct Shelf {
     std::mutex mutex;

@@ -83,14 +83,17 @@ RefinedFrame Refiner::State::frame(const View& view, const RefineGoal& goal, con
     }
     refine_until_deadline();
     const double refined = thread_milliseconds();
+    // Refinement may be done early, or late by the doings of others.
+    const double left =
+        std::max(reserve_ms_,
+                 to_the_end_ ? 0 : std::chrono::duration<double, std::milli>(end_ - Clock::now()).count());
     collect(pool_.take());
     cover_missing_meshes();
     cache_.shrink(options_.bytes - std::min(options_.bytes, live_bytes_));
     RefinedFrame out = finish();
     if (!to_the_end_) {
         const double last = thread_milliseconds();
-        out.counters.late_ms =
-            std::max({0.0, last - refined - reserve_ms_, last - first - budget.milliseconds});
+        out.counters.late_ms = std::max({0.0, last - refined - left, last - first - budget.milliseconds});
     }
     return out;
 }
@@ -107,6 +110,9 @@ void Refiner::State::refine_until_deadline() {
 
 // Patches that the frame draws from now on, and those it no longer does.
 void Refiner::State::sync_seams() {
+    constexpr int kLeast = 16;  // changes that every frame makes, however short
+    int changes = 0;
+    unsynced_ = 0;
     for (std::size_t k = 0; k < graph_.nodes().size();) {
         LiveNode& n = *graph_.nodes()[k];
         if (!n.halves[0].exists && !n.halves[1].exists) {
@@ -118,8 +124,13 @@ void Refiner::State::sync_seams() {
         for (LiveHalf& half : n.halves) {
             // Culled halves, where they are drawn at all, are no neighbours: those in sight look the same.
             const bool drawn = half.exists && half.visible();
-            if (drawn && !half.in_seams) seams_.add(half);
-            if (!drawn && half.in_seams) seams_.remove(half);
+            if (drawn == half.in_seams) continue;
+            if (!to_the_end_ && ++changes > kLeast && Clock::now() >= end_)
+                ++unsynced_;  // its border waits for another frame
+            else if (drawn)
+                seams_.add(half);
+            else
+                seams_.remove(half);
         }
     }
 }
@@ -188,7 +199,7 @@ void Refiner::State::count(RefinedFrame& out) {
     c.triangles = c.patches * static_cast<std::uint64_t>(cells_) * static_cast<std::uint64_t>(cells_);
     c.uploads = out.upload.size();
     c.upload_bytes = c.uploads * maker_.mesh_bytes();
-    c.unstitched = seams_.pending();
+    c.unstitched = seams_.pending() + unsynced_;
     c.waiting = wanting;
     c.bytes = live_bytes_ + cache_.bytes();
     const ReadCounters read = repository_->counters();

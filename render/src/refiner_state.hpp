@@ -110,7 +110,8 @@ class Refiner::State {
     std::unordered_set<Half, HalfHash> missing_;  // frontier halves in sight without mesh
     std::vector<Pool::Job> posted_;               // asked for, not yet in the pool
     std::unordered_set<std::uint64_t> requested_;
-    std::uint64_t drawn_ = 0;  // frontier halves in sight
+    std::uint64_t unsynced_ = 0;  // patches whose coming or going their neighbours have not been told
+    std::uint64_t drawn_ = 0;     // frontier halves in sight
     RefineCounters counters_;
 
     // Of all frames.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <mutex>
 
@@ -71,6 +72,7 @@ DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const E
         overrun.push_back(milliseconds_since(start) - budget_ms);
         late.push_back(frame.counters.late_ms);
         error.push_back(frame.counters.worst_error);
+        row.within_share += frame.counters.worst_error <= o.goal.threshold ? 1.0 / o.frames : 0;
         row.converged_share += frame.converged ? 1.0 / o.frames : 0;
         row.greatest_triangles = std::max(row.greatest_triangles, frame.counters.triangles);
         row.forced_coarse += frame.counters.forced_coarse;
@@ -112,8 +114,10 @@ std::vector<NamedFlight> standard_flights(const Geodetic& p) {
 Spread spread_of(std::vector<double> v) {
     if (v.empty()) return {};
     std::sort(v.begin(), v.end());
+    // The least value that so many do not exceed.
     const auto at = [&](double share) {
-        return v[std::min(v.size() - 1, static_cast<std::size_t>(share * static_cast<double>(v.size())))];
+        const double rank = std::ceil(share * static_cast<double>(v.size()));
+        return v[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
     };
     return {at(0.5), at(0.99), at(0.999), v.back()};
 }

@@ -9,7 +9,7 @@
 
 namespace carat {
 
-// Blocks of at least 4 KiB are kept for the next one of the same size (up to 16 MiB in all) instead of going
+// Blocks of at least 4 KiB are kept for the next one of the same size (up to 64 MiB in all) instead of going
 // back to the system, which would have to clear them again. Thread-safe.
 void* take_block(std::size_t bytes);  // throws std::bad_alloc
 void give_block(void* block, std::size_t bytes) noexcept;

@@ -59,7 +59,7 @@ struct RefineCounters {
     std::uint64_t installed = 0, coarsened = 0;  // diamonds that entered and left the cut
     std::uint64_t forced_coarse = 0;  // times that a coarser patch stood in for one not built in time
     std::uint64_t uploads = 0, upload_bytes = 0;  // meshes new to the draw list
-    std::uint64_t unstitched = 0;  // drawn patches whose border normals still see one side only
+    std::uint64_t unstitched = 0;  // borders of drawn patches whose normals wait for a later frame
     std::uint64_t waiting = 0;     // diamonds requested and not yet there
     double selection_ms = 0, stitch_ms = 0, wait_ms = 0, total_ms = 0;  // wall time of frame() and its parts
     // By the processor time of the calling thread, how much it took beyond the budget, or after refinement

@@ -32,7 +32,8 @@ struct DeadlineRow {
     Spread overrun;       // of frame() beyond the budget, wall clock; below 0: done early
     Spread late;          // the same by the frame thread's processor time (RefineCounters::late_ms)
     Spread wait_overrun;  // of as many plain timed waits of that length in the same run: the machine's own
-    double converged_share = 0;  // of the frames
+    double within_share = 0;     // of the frames: no drawn patch above the threshold
+    double converged_share = 0;  // of the frames: and nothing finer than needed
     double median_error = 0;     // pixels: worst error bound among the drawn patches
     std::uint64_t greatest_triangles = 0, forced_coarse = 0;
     double decoded = 0, uploads = 0;  // a frame
