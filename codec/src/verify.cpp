@@ -310,6 +310,7 @@ VerifyReport verify_file(const std::filesystem::path& file, const VerifyOptions&
     if (structure) {
         structure->check_layout(
             [&](const std::string& what) { report.remarks.push_back(source->name() + ": " + what); });
+        report.census = structure->empty_census();
         std::vector<PartEntry> sound = PageCheck(*structure, findings, report.census).run();
         compare_with_header(*structure, report.census, findings);
         Decoding(*structure, std::move(sound), options, findings, report).run(file);

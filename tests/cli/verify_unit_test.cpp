@@ -23,10 +23,12 @@ TEST_F(VerifyProgram, ASoundFileIsOk) {
     const Outcome text = carat("verify a.carat");
     EXPECT_EQ(text.exit, 0);
     EXPECT_TRUE(contains(text.out, "a.carat: ok: ")) << text.out;
+    EXPECT_FALSE(contains(text.out, "ok: 0 bytes")) << text.out;
     const auto json = carat("verify --json a.carat").json();
     EXPECT_EQ(json.at("ok"), true);
     EXPECT_EQ(json.at("damage_count"), 0);
     EXPECT_GT(json.at("diamonds"), 0);
+    EXPECT_EQ(json.at("file_bytes"), fs::file_size(path("a.carat")));
     EXPECT_EQ(json.at("decoded"), json.at("diamonds"));
     EXPECT_GT(json.at("shared_heights_checked"), 0);
 }
