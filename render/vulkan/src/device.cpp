@@ -209,6 +209,12 @@ void Device::wait(std::uint64_t value) const {
     check(vkWaitSemaphores(device_, &info, ~std::uint64_t{0}), "waiting for the device");
 }
 
+bool Device::done(std::uint64_t value) const {
+    std::uint64_t reached = 0;
+    check(vkGetSemaphoreCounterValue(device_, timeline_.get(), &reached), "reading the timeline");
+    return reached >= value;
+}
+
 void Device::wait_idle() const { check(vkDeviceWaitIdle(device_), "waiting for the device"); }
 
 namespace {

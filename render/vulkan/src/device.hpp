@@ -34,6 +34,8 @@ class Device {
     // Ends and submits; the timeline reaches the returned value when the work is done.
     std::uint64_t submit(VkCommandBuffer commands);
     void wait(std::uint64_t value) const;
+    // True once the work of that value is done; never waits.
+    bool done(std::uint64_t value) const;
     void wait_idle() const;
 
   private:

@@ -179,6 +179,10 @@ void PatchStore::upload(const PatchMesh& mesh, Chunk& chunk, std::uint32_t slot)
     upload_bytes_ += bytes + sizeof(data);
 }
 
+std::size_t PatchStore::patch_bytes() const {
+    return vertex_count_ * sizeof(PatchVertex) + sizeof(gpu::PatchData);
+}
+
 void PatchStore::end_batch() {
     for (const Chunk& chunk : chunks_) {
         const std::size_t bytes = chunk.commands.size() * sizeof(chunk.commands[0]);

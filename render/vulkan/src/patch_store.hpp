@@ -36,6 +36,8 @@ class PatchStore {
     // The descriptor set and the slot within it that hold a mesh added in this batch last.
     std::pair<VkDescriptorSet, std::uint32_t> last_added() const;
 
+    // What uploading one patch costs.
+    std::size_t patch_bytes() const;
     std::uint64_t uploads() const { return uploads_; }
     std::uint64_t upload_bytes() const { return upload_bytes_; }
 

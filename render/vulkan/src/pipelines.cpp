@@ -41,13 +41,6 @@ PipelineLayout make_layout(VkDevice device, VkDescriptorSetLayout set) {
     return {device, layout};
 }
 
-PipelineCache make_cache(VkDevice device) {
-    const VkPipelineCacheCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
-    VkPipelineCache cache = VK_NULL_HANDLE;
-    check(vkCreatePipelineCache(device, &info, nullptr, &cache), "creating a pipeline cache");
-    return {device, cache};
-}
-
 ShaderModule make_module(VkDevice device, Spirv code) {
     const VkShaderModuleCreateInfo info{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
                                         .codeSize = code.size_bytes(),
@@ -78,11 +71,11 @@ std::vector<VkFormat> attachment_formats(const PassKind& kind) {
 
 }  // namespace
 
-Pipelines::Pipelines(const Device& device)
+Pipelines::Pipelines(const Device& device, const std::string& cache_folder)
     : device_(device),
       set_layout_(make_set_layout(device.get())),
       layout_(make_layout(device.get(), set_layout_.get())),
-      cache_(make_cache(device.get())) {}
+      cache_(device, cache_folder) {}
 
 VkPipeline Pipelines::draw(const PassKind& kind) {
     Pipeline& pipeline = draws_[kind.key()];

@@ -4,7 +4,7 @@
 #include <map>
 #include <tuple>
 
-#include "device.hpp"
+#include "pipeline_cache_file.hpp"
 
 namespace carat::vk {
 
@@ -29,7 +29,8 @@ struct ProbeRange {
 
 class Pipelines {
   public:
-    explicit Pipelines(const Device& device);
+    // cache_folder: where compiled pipelines are kept between runs; empty: nowhere.
+    Pipelines(const Device& device, const std::string& cache_folder);
 
     VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }
     VkPipelineLayout layout() const { return layout_.get(); }
@@ -43,7 +44,7 @@ class Pipelines {
     const Device& device_;
     SetLayout set_layout_;
     PipelineLayout layout_;
-    PipelineCache cache_;
+    PipelineCacheFile cache_;
     std::map<decltype(PassKind{}.key()), Pipeline> draws_;
     Pipeline probe_;
 };

@@ -7,11 +7,11 @@
 #include <optional>
 
 #include "carat/globe/patch.hpp"
+#include "command_buffers.hpp"
 #include "frame_data.hpp"
+#include "frame_images.hpp"
 #include "gpu_timer.hpp"
 #include "patch_store.hpp"
-#include "pixels.hpp"
-#include "readback.hpp"
 #include "table_texture.hpp"
 #include "targets.hpp"
 
@@ -35,18 +35,35 @@ void check_options(const RendererOptions& o) {
 
 }  // namespace
 
+// A frame under way: what the host will want of it.
+struct Pending {
+    explicit Pending(const vk::Device& device) : timer(device) {}
+
+    std::vector<vk::ImageRead> reads;
+    Frame frame;
+    vk::WholeReadback readback;
+    vk::GpuTimer timer;
+    std::uint64_t done = 0;  // on the timeline
+    bool taken = false;      // pixels and times are in the frame already
+};
+
+constexpr std::size_t kWholeReadbackBytes = std::size_t{256} << 20;
+
 struct Renderer::State {
     State(const Ellipsoid& b, double unit, const RendererOptions& options);
     ~State() { device.wait_idle(); }
 
     void set_colours(const ColourTable& table);
-    Frame draw(const DrawRequest& request, PatchList patches);
+    void submit(const DrawRequest& request, PatchList patches);
+    Frame collect();
+    std::size_t prefetch(PatchList patches, std::size_t budget);
     std::vector<std::array<float, 4>> probe(const DrawRequest& request, const vk::MeshPointer& mesh);
 
     void prepare_targets(const DrawRequest& request);
     void fill_batch(std::vector<const vk::MeshPointer*>& remaining, FrameCounters& counters);
-    void draw_batch(const DrawRequest& request, bool first, bool last, FrameCounters& counters);
-    void read_back(const DrawRequest& request, Frame& frame);
+    void draw_batch(const DrawRequest& request, bool first, bool last, Pending& pending);
+    void read_back(Pending& pending, VkCommandBuffer commands);
+    void take_pixels(Pending& pending);
 
     Ellipsoid body;
     double metres_per_unit;
@@ -61,9 +78,15 @@ struct Renderer::State {
     vk::TableTexture table;
     vk::Buffer frame_data, probe_data;
     std::optional<vk::Targets> targets;
-    vk::GpuTimer timer;
-    vk::Readback readback;
-    VkCommandBuffer commands;
+    vk::CommandBuffers commands;
+    vk::BandedReadback banded;
+    std::array<Pending, kFramesInFlight> pending;
+    std::size_t oldest = 0;
+    int in_flight = 0;
+    struct Totals {
+        std::uint64_t uploads = 0, bytes = 0;
+        double stalled_ms = 0, prefetch_ms = 0;
+    } counted, total;  // up to the last frame; so far
 };
 
 Renderer::State::State(const Ellipsoid& b, double unit, const RendererOptions& options)
@@ -74,7 +97,7 @@ Renderer::State::State(const Ellipsoid& b, double unit, const RendererOptions& o
       device(instance, options.device),
       name(device.name()),
       ring(device, options.upload_bytes),
-      pipelines(device),
+      pipelines(device, options.pipeline_cache),
       store(device, ring, pipelines.set_layout(), options.cells, options.capacity),
       sampler(vk::make_table_sampler(device)),
       frame_data(vk::make_buffer(device, sizeof(gpu::FrameData),
@@ -83,9 +106,9 @@ Renderer::State::State(const Ellipsoid& b, double unit, const RendererOptions& o
       probe_data(vk::make_buffer(device, half_vertex_count(options.cells) * sizeof(gpu::vec4),
                                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, vk::Where::readback,
                                  "probed positions")),
-      timer(device),
-      readback(device),
-      commands(device.new_commands()) {
+      commands(device),
+      banded(device),
+      pending{Pending(device), Pending(device)} {
     set_colours(colours_of(body.name()));
 }
 
@@ -103,7 +126,8 @@ void Renderer::State::prepare_targets(const DrawRequest& request) {
         vk::supported_samples(device, request.samples),
         request.aovs.any()};
     if (targets && targets->wish() == wish) return;
-    targets.reset();  // free the old ones first
+    device.wait_idle();  // frames under way still draw into the old ones
+    targets.reset();     // free them first
     targets.emplace(device, wish);
 }
 
@@ -127,32 +151,48 @@ void Renderer::State::fill_batch(std::vector<const vk::MeshPointer*>& remaining,
     ring.flush();
 }
 
-void Renderer::State::draw_batch(const DrawRequest& request, bool first, bool last, FrameCounters& counters) {
-    device.begin(commands);
-    vk::full_barrier(commands);
-    timer.start(commands);
-    if (first) targets->prepare(commands);
-    for (const vk::PassKind& pass : targets->passes(request.cull_back_faces)) {
-        targets->begin(commands, pass, request.background, first, last);
-        vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.draw(pass));
-        store.draw(commands, pipelines.layout());
-        vkCmdEndRendering(commands);
-        vk::full_barrier(commands);
+void Renderer::State::draw_batch(const DrawRequest& request, bool first, bool last, Pending& frame) {
+    const VkCommandBuffer buffer = commands.begin();
+    vk::full_barrier(buffer);
+    if (first) {
+        frame.timer.start(buffer);
+        targets->prepare(buffer);
     }
-    if (last) targets->finish(commands);
-    timer.stop(commands);
-    device.wait(device.submit(commands));
-    counters.gpu_ms += timer.milliseconds();
-    ++counters.batches;
+    for (const vk::PassKind& pass : targets->passes(request.cull_back_faces)) {
+        targets->begin(buffer, pass, request.background, first, last);
+        vkCmdBindPipeline(buffer, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.draw(pass));
+        store.draw(buffer, pipelines.layout());
+        vkCmdEndRendering(buffer);
+        vk::full_barrier(buffer);
+    }
+    if (last) {
+        targets->finish(buffer);
+        frame.timer.stop(buffer);
+        read_back(frame, buffer);
+    }
+    frame.done = commands.submit();
+    ++frame.frame.counters.batches;
 }
 
-Frame Renderer::State::draw(const DrawRequest& request, PatchList patches) {
+void Renderer::State::read_back(Pending& frame, VkCommandBuffer buffer) {
+    std::size_t bytes = 0;
+    for (const vk::ImageRead& read : frame.reads) bytes += read.bytes();
+    frame.taken = bytes > kWholeReadbackBytes;
+    if (!frame.taken) frame.readback.record(device, buffer, frame.reads);
+}
+
+void Renderer::State::submit(const DrawRequest& request, PatchList patches) {
     check_request(request);
+    if (in_flight == kFramesInFlight)
+        throw Error(ErrorCode::usage, "renderer: " + std::to_string(kFramesInFlight) +
+                                          " frames are under way; collect one first");
     prepare_targets(request);
-    Frame frame;
-    FrameCounters& c = frame.counters;
-    const auto uploads = store.uploads(), bytes = store.upload_bytes();
+    Pending& next = pending[(oldest + static_cast<std::size_t>(in_flight)) % pending.size()];
+    next.frame = {};
+    next.reads = frame_images(request, *targets, next.frame);
+    FrameCounters& c = next.frame.counters;
     c.samples = static_cast<int>(targets->wish().samples);
+    c.upload_ms = total.prefetch_ms - counted.prefetch_ms;
 
     const gpu::FrameData data = make_frame_data(request, body, metres_per_unit, table);
     ring.copy(frame_data.handle.get(), 0, &data, sizeof(data));
@@ -163,54 +203,54 @@ Frame Renderer::State::draw(const DrawRequest& request, PatchList patches) {
         const auto start = Clock::now();
         fill_batch(remaining, c);
         c.upload_ms += ms_since(start);
-        draw_batch(request, c.batches == 0, remaining.empty(), c);
+        draw_batch(request, c.batches == 0, remaining.empty(), next);
     } while (!remaining.empty());
 
+    total = {store.uploads(), store.upload_bytes(), ring.stalled_ms(), total.prefetch_ms};
     c.triangles = c.patches_drawn * cells * cells;
-    c.patches_uploaded = store.uploads() - uploads;
-    c.bytes_uploaded = store.upload_bytes() - bytes;
-    const auto start = Clock::now();
-    read_back(request, frame);
-    c.readback_ms = ms_since(start);
-    return frame;
+    c.patches_uploaded = total.uploads - counted.uploads;
+    c.bytes_uploaded = total.bytes - counted.bytes;
+    c.stall_ms = total.stalled_ms - counted.stalled_ms;
+    counted = total;
+    ++in_flight;
+    if (next.taken) take_pixels(next);
 }
 
-void Renderer::State::read_back(const DrawRequest& request, Frame& frame) {
-    const int width = request.camera.width, height = request.camera.height;
-    const auto read = [&](const vk::Image& image, std::size_t pixel_bytes, const auto& take) {
-        readback.read(image, pixel_bytes,
-                      [&](std::uint32_t row, std::uint32_t rows, const std::byte* pixels) {
-                          const std::size_t first = std::size_t{row} * static_cast<std::size_t>(width);
-                          take(first, std::size_t{rows} * static_cast<std::size_t>(width), pixels);
-                      });
-    };
-    frame.colour = empty_picture(width, height, {"R", "G", "B", "A"});
-    read(targets->colour(), 8, [&](std::size_t first, std::size_t count, const std::byte* pixels) {
-        take_half4(frame.colour, first, count, pixels);
-    });
-    const Aovs& want = request.aovs;
-    if (want.position) frame.position = empty_picture(width, height, {"X", "Y", "Z"});
-    if (want.depth) frame.depth = empty_picture(width, height, {"Z"});
-    if (want.position || want.depth) {
-        read(targets->position(), 16, [&](std::size_t first, std::size_t count, const std::byte* pixels) {
-            if (want.position) take_float4(frame.position, first, count, pixels, 0);
-            if (want.depth) take_float4(frame.depth, first, count, pixels, 3);
-        });
+// Times and pixels of a frame, waiting for the device.
+void Renderer::State::take_pixels(Pending& frame) {
+    const auto start = Clock::now();
+    device.wait(frame.done);
+    if (frame.taken) {
+        for (const vk::ImageRead& read : frame.reads) banded.read(read);
+    } else {
+        frame.readback.take(frame.reads);
     }
-    if (want.normal) frame.normal = empty_picture(width, height, {"X", "Y", "Z"});
-    if (want.height) frame.height = empty_picture(width, height, {"Y"});
-    if (want.normal || want.height) {
-        read(targets->normal(), 16, [&](std::size_t first, std::size_t count, const std::byte* pixels) {
-            if (want.normal) take_float4(frame.normal, first, count, pixels, 0);
-            if (want.height) take_float4(frame.height, first, count, pixels, 3);
-        });
+    frame.frame.counters.gpu_ms = frame.timer.milliseconds();
+    frame.frame.counters.readback_ms = ms_since(start);
+}
+
+Frame Renderer::State::collect() {
+    if (in_flight == 0) throw Error(ErrorCode::usage, "renderer: no frame is under way");
+    Pending& first = pending[oldest];
+    if (!first.taken) take_pixels(first);
+    oldest = (oldest + 1) % pending.size();
+    --in_flight;
+    first.reads.clear();
+    return std::move(first.frame);
+}
+
+std::size_t Renderer::State::prefetch(PatchList patches, std::size_t budget) {
+    const auto start = Clock::now();
+    store.begin_batch();
+    std::size_t spent = 0, count = 0;
+    for (const auto& mesh : patches) {
+        if (!store.resident(mesh) && (spent += store.patch_bytes()) > budget) break;
+        if (!store.add(mesh)) break;
+        ++count;
     }
-    if (want.patch) {
-        frame.patch.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-        read(targets->patch(), 8, [&](std::size_t first, std::size_t count, const std::byte* pixels) {
-            std::memcpy(frame.patch.data() + first, pixels, count * sizeof(frame.patch[0]));
-        });
-    }
+    ring.flush();
+    total.prefetch_ms += ms_since(start);
+    return count;
 }
 
 std::vector<std::array<float, 4>> Renderer::State::probe(const DrawRequest& request,
@@ -225,15 +265,15 @@ std::vector<std::array<float, 4>> Renderer::State::probe(const DrawRequest& requ
     const auto count = static_cast<std::uint32_t>(mesh->vertices.size());
     const vk::ProbeRange range{slot, count};
 
-    device.begin(commands);
-    vk::full_barrier(commands);
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines.probe());
-    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines.layout(), 0, 1, &set, 0,
+    const VkCommandBuffer buffer = commands.begin();
+    vk::full_barrier(buffer);
+    vkCmdBindPipeline(buffer, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines.probe());
+    vkCmdBindDescriptorSets(buffer, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines.layout(), 0, 1, &set, 0,
                             nullptr);
-    vkCmdPushConstants(commands, pipelines.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(range), &range);
-    vkCmdDispatch(commands, (count + gpu::kProbeGroup - 1) / gpu::kProbeGroup, 1, 1);
-    vk::host_barrier(commands);
-    device.wait(device.submit(commands));
+    vkCmdPushConstants(buffer, pipelines.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(range), &range);
+    vkCmdDispatch(buffer, (count + gpu::kProbeGroup - 1) / gpu::kProbeGroup, 1, 1);
+    vk::host_barrier(buffer);
+    device.wait(commands.submit());
 
     std::vector<std::array<float, 4>> positions(count);
     std::memcpy(positions.data(), probe_data.mapped, count * sizeof(positions[0]));
@@ -266,7 +306,19 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 const std::string& Renderer::device_name() const { return state_->name; }
 void Renderer::set_colours(const ColourTable& table) { state_->set_colours(table); }
-Frame Renderer::draw(const DrawRequest& request, PatchList patches) { return state_->draw(request, patches); }
+Frame Renderer::draw(const DrawRequest& request, PatchList patches) {
+    if (state_->in_flight > 0)
+        throw Error(ErrorCode::usage, "renderer: frames are under way; collect them before draw()");
+    state_->submit(request, patches);
+    return state_->collect();
+}
+void Renderer::submit(const DrawRequest& request, PatchList patches) { state_->submit(request, patches); }
+Frame Renderer::collect() { return state_->collect(); }
+int Renderer::frames_in_flight() const { return state_->in_flight; }
+std::size_t Renderer::prefetch(PatchList patches, std::size_t budget) {
+    return state_->prefetch(patches, budget);
+}
+std::size_t Renderer::patch_bytes() const { return state_->store.patch_bytes(); }
 std::vector<std::array<float, 4>> Renderer::clip_positions(const DrawRequest& request,
                                                            const std::shared_ptr<const PatchMesh>& mesh) {
     return state_->probe(request, mesh);

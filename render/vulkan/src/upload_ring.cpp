@@ -1,6 +1,7 @@
 #include "upload_ring.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 
 namespace carat::vk {
@@ -17,7 +18,7 @@ void UploadRing::copy(VkBuffer target, std::size_t offset, const void* bytes, st
     const auto* from = static_cast<const std::byte*>(bytes);
     while (size > 0) {
         if (used_ == segment_bytes_) flush();
-        if (used_ == 0) device_.wait(segments_[current_].busy_until);
+        if (used_ == 0) wait_for_segment();
         const std::size_t part = std::min(size, segment_bytes_ - used_);
         const std::size_t place = current_ * segment_bytes_ + used_;
         std::memcpy(staging_.mapped + place, from, part);
@@ -27,6 +28,15 @@ void UploadRing::copy(VkBuffer target, std::size_t offset, const void* bytes, st
         offset += part;
         size -= part;
     }
+}
+
+void UploadRing::wait_for_segment() {
+    const std::uint64_t value = segments_[current_].busy_until;
+    if (device_.done(value)) return;
+    const auto start = std::chrono::steady_clock::now();
+    device_.wait(value);
+    stalled_ms_ +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 void UploadRing::flush() {

@@ -16,6 +16,8 @@ class UploadRing {
     void copy(VkBuffer target, std::size_t offset, const void* bytes, std::size_t size);
     // Submits what is gathered. Work submitted later sees it, if it begins with full_barrier().
     void flush();
+    // Milliseconds spent so far waiting for the device to pass a segment: 0 while the ring is large enough.
+    double stalled_ms() const { return stalled_ms_; }
 
   private:
     static constexpr std::size_t kSegments = 4;
@@ -34,6 +36,9 @@ class UploadRing {
     std::array<Segment, kSegments> segments_{};
     std::size_t current_ = 0, used_ = 0;
     std::vector<Copy> copies_;
+    double stalled_ms_ = 0;
+
+    void wait_for_segment();
 };
 
 }  // namespace carat::vk

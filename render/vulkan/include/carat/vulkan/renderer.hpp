@@ -7,6 +7,8 @@
 //            relative error of at most 2^-23; equal integers give equal clip positions in every patch
 //   memory   patches live in fixed slots (capacity), least recently used first out; a longer list is drawn
 //            in batches: it costs uploads, never holes
+//   time     submit() and collect() keep up to kFramesInFlight frames under way, ordered on the device by one
+//            timeline; the host waits in collect(), and elsewhere only if the staging ring is full (stall_ms)
 #pragma once
 
 #include <array>
@@ -30,10 +32,16 @@ std::vector<std::string> vulkan_devices();
 struct RendererOptions {
     // Part of a name, or an index of vulkan_devices(); empty: discrete first, software last.
     std::string device;
-    bool validation = false;               // load VK_LAYER_KHRONOS_validation; see Renderer::messages()
-    int cells = 64;                        // of every patch: a power of two, 2 to 128
-    int capacity = 4096;                   // patch slots at most; memory is taken in chunks as they fill
-    std::size_t upload_bytes = 16u << 20;  // staging ring
+    bool validation = false;  // load VK_LAYER_KHRONOS_validation; see Renderer::messages()
+    int cells = 64;           // of every patch: a power of two, 2 to 128
+    int capacity = 4096;      // patch slots at most; memory is taken in chunks as they fill
+    // Staging ring, in quarters. submit() never waits for the device while the uploads of
+    // kFramesInFlight + 1 frames fit in three quarters of it.
+    std::size_t upload_bytes = 16u << 20;
+    // Folder for compiled pipelines, made if missing; empty: none are kept. A file per device and driver;
+    // what does not fit them or was damaged is ignored, and a folder that cannot be written costs nothing
+    // but the time.
+    std::string pipeline_cache;
 };
 
 struct Light {
@@ -67,9 +75,15 @@ struct DrawRequest {
 struct FrameCounters {
     std::uint64_t patches_drawn = 0, patches_uploaded = 0, triangles = 0, bytes_uploaded = 0;
     int batches = 0;
-    int samples = 0;                                    // a pixel, as used
-    double upload_ms = 0, gpu_ms = 0, readback_ms = 0;  // gpu_ms by time stamps, 0 where the device has none
+    int samples = 0;         // a pixel, as used
+    double upload_ms = 0;    // host: choosing slots and filling the ring; stall_ms included
+    double stall_ms = 0;     // of these, waiting for the device to make room in the ring
+    double gpu_ms = 0;       // device: first to last drawing command by time stamps; 0 where there are none
+    double readback_ms = 0;  // host: waiting for the frame and taking its pixels
 };
+
+// Frames that may be under way at once.
+inline constexpr int kFramesInFlight = 2;
 
 struct Frame {
     Picture colour;    // R, G, B, A: A is coverage; background not premultiplied in but filled
@@ -106,7 +120,23 @@ class Renderer {
     // Draws the patches. A mesh is uploaded when its half is not resident with the same mesh object.
     // Throws Error(usage) for a bad request or a mesh of other cells, Error(limit) when the picture exceeds
     // what the device can draw or the memory it has, Error(io) when the device is lost.
+    // Precondition: no frame is under way.
     Frame draw(const DrawRequest& request, PatchList patches);
+
+    // The same in two steps. submit() hands the work to the device and returns; the meshes may be let go of
+    // then. collect() waits for the oldest frame under way and returns it. Throws Error(usage) if
+    // kFramesInFlight frames are under way already, or none. A picture of more than 256 MiB of pixels is read
+    // back within submit().
+    void submit(const DrawRequest& request, PatchList patches);
+    Frame collect();
+    int frames_in_flight() const;
+
+    // Uploads patches that are not resident, in the order given, while `budget` bytes last; returns how many
+    // of the list, from its begin, are resident then. Frames drawn later need not upload them: a budget for
+    // each frame spreads the cost of a refinement. Counted in the next frame. Never waits but for the ring.
+    std::size_t prefetch(PatchList patches, std::size_t budget);
+    // What one patch costs of that budget.
+    std::size_t patch_bytes() const;
 
     // Clip positions of a mesh's vertices as the vertex shader computes them.
     std::vector<std::array<float, 4>> clip_positions(const DrawRequest& request,
