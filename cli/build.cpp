@@ -24,6 +24,7 @@ struct Options {
     int mode = 0;
     bool json = false, dry_run = false, json_progress = false;
     std::string layer_order = "given";
+    std::string coder = "range";
     std::string output;
 };
 
@@ -90,6 +91,10 @@ void add_file_options(CLI::App& sub, Options& o) {
         ->type_name("MODE")
         ->check(between(0, 2))
         ->group(group);
+    sub.add_option("--coder", o.coder, "range (default): small; gamma: the C-BDAM paper's, faster to decode")
+        ->type_name("CODER")
+        ->check(CLI::IsMember({"range", "gamma"}))
+        ->group(group);
     sub.add_option("--depth-bias", b.depth_bias, "Levels added to what the data ask, or left out (default 0)")
         ->type_name("LEVELS")
         ->check(between(-20.0, 20.0))
@@ -132,6 +137,7 @@ int run(Options o, const Globals& globals) {
     o.build.layers = o.layers.layers();
     if (o.layer_order == "finest") o.build.layers = finest_first(o.build.layers, o.build.body);
     o.build.mode = static_cast<Mode>(o.mode);
+    o.build.coding = o.coder == "gamma" ? Coding::gamma() : Coding{};
     o.build.output = o.output;
     catch_interrupts();
     Progress progress("diamonds", globals.quiet, o.json_progress);

@@ -65,6 +65,8 @@ Json header_json(const std::string& file, const Repository& repository) {
             {"tolerance_m", h.tolerance},
             {"quantum_m", h.quantum},
             {"coder", h.coder},
+            {"tables", h.fitted_tables ? "fitted" : "built in"},
+            {"rms_tolerance_m", h.rms_tolerance},
             {"n", h.n()},
             {"deepest_level", h.deepest_level},
             {"finest_spacing_m", refined_spacing(h, h.deepest_level - 1)},
@@ -129,7 +131,8 @@ void print_header(const std::string& file, const Repository& repository) {
     line("tolerance", number(h.tolerance) + " m at every sample of the file, at every level");
     line("certificate", certificate_text(h));
     line("quantum", number(h.quantum) + " m");
-    line("coder", h.coder);
+    line("coder", h.coder + (h.fitted_tables ? ", tables fitted to the data" : ""));
+    if (h.rms_tolerance > 0) line("RMS tolerance", fmt::format("{} m", h.rms_tolerance));
     line("heights", fmt::format("{:.3f} m to {:.3f} m", h.quantum * h.min_height, h.quantum * h.max_height));
     line("depth", fmt::format("level {}, finest samples {} apart", h.deepest_level,
                               length_text(refined_spacing(h, h.deepest_level - 1))));

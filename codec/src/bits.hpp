@@ -72,6 +72,13 @@ class BitReader {
     }
     // True once more bits were taken than there are.
     bool overrun() const { return past_end_ > count_; }
+    // True if nothing was read past the end and all that was not read is zero.
+    bool only_zeros_left() const {
+        if (overrun() || buffer_ != 0) return false;
+        for (const std::byte* p = next_; p != end_; ++p)
+            if (*p != std::byte{0}) return false;
+        return true;
+    }
     // The whole string must have been read: only the padding of the last byte may remain, and it must be
     // zero.
     void finish() const {

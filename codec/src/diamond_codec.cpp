@@ -1,11 +1,16 @@
 #include "carat/codec/diamond_codec.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
 
+#include "bytes.hpp"
 #include "carat/codec/predict.hpp"
 #include "carat/codec/quantize.hpp"
 #include "gamma.hpp"
+#include "kernels.hpp"
+#include "range.hpp"
 
 namespace carat {
 namespace {
@@ -42,28 +47,88 @@ std::int32_t paper_vertex(std::int32_t p, std::int32_t predicted) {
     return wrapping_sub(wrapping_mul(2, p), predicted);
 }
 
-void encode_centres(const std::int32_t* vertices, const RefinedHeights& ref, std::int32_t radius,
-                    RefinedHeights& out, CodecScratch& s) {
-    predict_centres(vertices, ref.n, s.prediction.data());
-    for (std::size_t k = 0; k < out.c.size(); ++k)
-        s.indices_c[k] = code_value(ref.c[k], s.prediction[k], radius, out.c[k]);
-}
-
-void decode_centres(const std::int32_t* vertices, std::int32_t radius, RefinedHeights& out, CodecScratch& s) {
-    predict_centres(vertices, out.n, s.prediction.data());
-    for (std::size_t k = 0; k < out.c.size(); ++k)
-        out.c[k] = wrapping_add(s.prediction[k], dequantize(s.indices_c[k], radius));
-}
-
 bool all_zero(const std::vector<std::int32_t>& x) {
     return std::all_of(x.begin(), x.end(), [](std::int32_t v) { return v == 0; });
 }
 
-EncodedResiduals encode_indices(Mode mode, int n, const CodecScratch& s) {
-    EncodedResiduals e;
-    e.info.mode = mode;
-    const bool has_v = mode != Mode::interpolating;
-    if (all_zero(s.indices_c) && (!has_v || all_zero(s.indices_v))) return e;
+// --- one matrix of indices ---
+
+// What predicts the C of a diamond, and the V of mode 1 (from P) and 2 (from C), as contexts see it.
+RangeInput centres_input(const std::int32_t* vertices, int n, std::int32_t radius) {
+    return {vertices, n, n - 1, radius};
+}
+RangeInput vertices_input(Mode mode, const std::int32_t* p, const RefinedHeights& out, std::int32_t radius) {
+    if (mode == Mode::filtered) return {p, out.n, out.n - 2, radius};
+    return {out.c.data(), out.n - 1, out.n - 2, radius};
+}
+
+double cost_of(const Coding& coding, const RangeInput& input, const std::vector<std::int32_t>& index,
+               CodecScratch& s) {
+    if (coding.coder == CoderId::range) return range_cost(coding.tables->model(), input, index, *s.range);
+    const auto bits = [&](int leaf) { return gamma_cost(index, input.rows, input.m - 1, leaf); };
+    return static_cast<double>(std::min(bits(2), bits(4)));
+}
+
+// Fills prediction and indices of C with the cheapest order; true if any index is not zero.
+bool choose_centres(const Coding& coding, const std::int32_t* vertices, const RefinedHeights& ref,
+                    std::int32_t radius, Order& order, CodecScratch& s) {
+    const RangeInput input = centres_input(vertices, ref.n, radius);
+    assert((coding.orders & 0b111) != 0);
+    const auto quantised = [&](Order o, std::vector<std::int32_t>& index) {
+        kernel::predict(vertices, ref.n, o, s.prediction.data());
+        return kernel::quantize(ref.c.data(), s.prediction.data(), index.size(), radius, index.data());
+    };
+    double best = -1;
+    bool any = false;
+    Order last = order;
+    for (const Order o : {Order::four, Order::six, Order::two}) {  // order 4 where all are as good
+        if ((coding.orders >> static_cast<unsigned>(o) & 1) == 0) continue;
+        s.trial.resize(ref.c.size());
+        const bool nonzero = quantised(o, s.trial);
+        last = o;
+        const bool single = std::has_single_bit(coding.orders & 0b111);
+        const double cost = !nonzero || single ? 0 : cost_of(coding, input, s.trial, s);
+        if (best >= 0 && cost >= best) continue;
+        best = cost;
+        order = o;
+        any = nonzero;
+        std::swap(s.trial, s.indices_c);
+        if (!nonzero) break;
+    }
+    if (last != order) kernel::predict(vertices, ref.n, order, s.prediction.data());
+    return any;
+}
+
+void predict_vertices(Mode mode, Order order, std::span<const std::int32_t> p, const RefinedHeights& out,
+                      std::vector<std::int32_t>& prediction) {
+    if (mode == Mode::filtered) {
+        for_interior(out.n, [&](std::size_t at, std::size_t k) { prediction[k] = p[at]; });
+        return;
+    }
+    kernel::predict(out.c.data(), out.n - 1, order, prediction.data());
+    for_interior(out.n,
+                 [&](std::size_t at, std::size_t k) { prediction[k] = paper_vertex(p[at], prediction[k]); });
+}
+
+void encode_vertices(Mode mode, Order order, std::span<const std::int32_t> p, const RefinedHeights& ref,
+                     std::int32_t radius, RefinedHeights& out, CodecScratch& s) {
+    predict_vertices(mode, order, p, out, s.prediction);
+    for_interior(ref.n, [&](std::size_t at, std::size_t k) {
+        s.indices_v[k] = code_value(ref.v[at], s.prediction[k], radius, out.v[at]);
+    });
+}
+
+void decode_vertices(Mode mode, Order order, std::span<const std::int32_t> p, std::int32_t radius,
+                     RefinedHeights& out, CodecScratch& s) {
+    predict_vertices(mode, order, p, out, s.prediction);
+    for_interior(out.n, [&](std::size_t at, std::size_t k) {
+        out.v[at] = wrapping_add(s.prediction[k], dequantize(s.indices_v[k], radius));
+    });
+}
+
+// --- gamma: one bit string for both matrices ---
+
+void gamma_blob(int n, bool has_v, EncodedResiduals& e, const CodecScratch& s) {
     const int side = n - 1;
     const auto cost = [&](int leaf) {
         return gamma_cost(s.indices_c, side, side, leaf) +
@@ -74,79 +139,129 @@ EncodedResiduals encode_indices(Mode mode, int n, const CodecScratch& s) {
     gamma_encode(s.indices_c, side, side, e.info.leaf_size, bits);
     if (has_v) gamma_encode(s.indices_v, n - 2, side, e.info.leaf_size, bits);
     e.blob = bits.finish();
-    return e;
 }
 
-void decode_indices(const BlobInfo& info, std::span<const std::byte> blob, int n, CodecScratch& s) {
-    const bool has_v = info.mode != Mode::interpolating;
-    if (blob.empty()) {
-        std::fill(s.indices_c.begin(), s.indices_c.end(), 0);
-        std::fill(s.indices_v.begin(), s.indices_v.end(), 0);
-        return;
-    }
+void read_gamma_blob(const BlobInfo& info, std::span<const std::byte> blob, int n, CodecScratch& s) {
     const int side = n - 1;
     BitReader bits(blob);
     gamma_decode(bits, side, side, info.leaf_size, s.indices_c);
-    if (has_v) gamma_decode(bits, n - 2, side, info.leaf_size, s.indices_v);
+    if (info.mode != Mode::interpolating) gamma_decode(bits, n - 2, side, info.leaf_size, s.indices_v);
     bits.finish();
+}
+
+// --- range: in modes 1 and 2 the length of the first matrix stands before it; length 0: all zero ---
+
+void range_matrix(const Coding& coding, const RangeInput& input, const std::vector<std::int32_t>& index,
+                  CodecScratch& s, std::vector<std::byte>& out) {
+    if (!all_zero(index)) range_encode(coding.tables->model(), input, index, *s.range, s.statistics, out);
+}
+
+void range_blob(const Coding& coding, Mode mode, std::span<const std::int32_t> p, std::int32_t radius,
+                const RefinedHeights& out, EncodedResiduals& e, CodecScratch& s) {
+    const RangeInput c = centres_input(mode == Mode::paper ? p.data() : out.v.data(), out.n, radius);
+    if (mode == Mode::interpolating) return range_matrix(coding, c, s.indices_c, s, e.blob);
+    const RangeInput v = vertices_input(mode, p.data(), out, radius);
+    std::vector<std::byte> first, second;
+    range_matrix(coding, mode == Mode::filtered ? v : c, mode == Mode::filtered ? s.indices_v : s.indices_c,
+                 s, first);
+    range_matrix(coding, mode == Mode::filtered ? c : v, mode == Mode::filtered ? s.indices_c : s.indices_v,
+                 s, second);
+    put_varint(e.blob, first.size());
+    e.blob.insert(e.blob.end(), first.begin(), first.end());
+    e.blob.insert(e.blob.end(), second.begin(), second.end());
+}
+
+void read_range_matrix(const Coding& coding, const RangeInput& input, std::span<const std::byte> bytes,
+                       std::vector<std::int32_t>& index, CodecScratch& s) {
+    if (bytes.empty())
+        std::fill(index.begin(), index.end(), 0);
+    else
+        range_decode(coding.tables->model(), input, bytes, *s.range, index);
+}
+
+// The bytes of the first and of the second matrix.
+std::array<std::span<const std::byte>, 2> range_parts(Mode mode, std::span<const std::byte> blob) {
+    if (mode == Mode::interpolating || blob.empty()) return {blob, {}};
+    ByteParser in(blob, "range code");
+    const std::size_t first = in.varint();
+    const std::span<const std::byte> bytes = in.take(first);
+    return {bytes, in.take(in.left())};
 }
 
 }  // namespace
 
+CodecScratch::CodecScratch() : range(std::make_unique<RangeScratch>()) {}
+CodecScratch::~CodecScratch() = default;
+CodecScratch::CodecScratch(CodecScratch&&) noexcept = default;
+CodecScratch& CodecScratch::operator=(CodecScratch&&) noexcept = default;
+
 std::uint8_t BlobInfo::to_byte() const {
-    return static_cast<std::uint8_t>(static_cast<int>(mode) | (leaf_size == 4 ? 4 : 0));
+    return static_cast<std::uint8_t>(static_cast<int>(mode) | (leaf_size == 4 ? 4 : 0) |
+                                     static_cast<int>(order) << 3);
 }
 
 BlobInfo BlobInfo::from_byte(std::uint8_t byte) {
-    if ((byte & 3) > 2 || byte > 7) throw Error(ErrorCode::corrupt, "unknown coding mode of a diamond");
-    return {static_cast<Mode>(byte & 3), (byte & 4) != 0 ? 4 : 2};
+    if ((byte & 3) > 2 || byte >> 3 > 2) throw Error(ErrorCode::corrupt, "unknown coding mode of a diamond");
+    return {static_cast<Mode>(byte & 3), (byte & 4) != 0 ? 4 : 2, static_cast<Order>(byte >> 3)};
 }
 
-EncodedResiduals encode_residuals(Mode mode, std::span<const std::int32_t> p, const RefinedHeights& ref,
-                                  std::int32_t radius, RefinedHeights& out, CodecScratch& s) {
+EncodedResiduals encode_residuals(const Coding& coding, Mode mode, std::span<const std::int32_t> p,
+                                  const RefinedHeights& ref, std::int32_t radius, RefinedHeights& out,
+                                  CodecScratch& s) {
     const int n = ref.n;
     assert(p.size() == static_cast<std::size_t>(n * n) && ref.v.size() == p.size());
     resize(out, s, n);
     std::copy(p.begin(), p.end(), out.v.begin());
-    if (mode == Mode::filtered)
-        for_interior(n, [&](std::size_t at, std::size_t k) {
-            s.indices_v[k] = code_value(ref.v[at], p[at], radius, out.v[at]);
-        });
-    encode_centres(out.v.data(), ref, radius, out, s);
-    if (mode == Mode::paper) {
-        predict_centres(out.c.data(), n - 1, s.prediction.data());
-        for_interior(n, [&](std::size_t at, std::size_t k) {
-            s.indices_v[k] = code_value(ref.v[at], paper_vertex(p[at], s.prediction[k]), radius, out.v[at]);
-        });
-    }
-    return encode_indices(mode, n, s);
+    EncodedResiduals e;
+    e.info.mode = mode;
+    if (mode == Mode::filtered) encode_vertices(mode, e.info.order, p, ref, radius, out, s);
+    const std::int32_t* predicting = mode == Mode::paper ? p.data() : out.v.data();
+    const bool any = choose_centres(coding, predicting, ref, radius, e.info.order, s);
+    kernel::reconstruct(s.prediction.data(), s.indices_c.data(), out.c.size(), 2 * radius + 1, out.c.data());
+    if (mode == Mode::paper) encode_vertices(mode, e.info.order, p, ref, radius, out, s);
+    const bool has_v = mode != Mode::interpolating;
+    if (!any && (!has_v || all_zero(s.indices_v))) return e;
+    if (coding.coder == CoderId::gamma)
+        gamma_blob(n, has_v, e, s);
+    else
+        range_blob(coding, mode, p, radius, out, e, s);
+    return e;
 }
 
-void decode_residuals(const BlobInfo& info, std::span<const std::byte> blob, std::span<const std::int32_t> p,
-                      int n, std::int32_t radius, RefinedHeights& out, CodecScratch& s) {
+void decode_residuals(const Coding& coding, const BlobInfo& info, std::span<const std::byte> blob,
+                      std::span<const std::int32_t> p, int n, std::int32_t radius, RefinedHeights& out,
+                      CodecScratch& s) {
     assert(p.size() == static_cast<std::size_t>(n * n));
     resize(out, s, n);
-    decode_indices(info, blob, n, s);
     std::copy(p.begin(), p.end(), out.v.begin());
-    if (info.mode == Mode::filtered)
-        for_interior(n, [&](std::size_t at, std::size_t k) {
-            out.v[at] = wrapping_add(p[at], dequantize(s.indices_v[k], radius));
-        });
-    decode_centres(out.v.data(), radius, out, s);
-    if (info.mode == Mode::paper) {
-        predict_centres(out.c.data(), n - 1, s.prediction.data());
-        for_interior(n, [&](std::size_t at, std::size_t k) {
-            out.v[at] =
-                wrapping_add(paper_vertex(p[at], s.prediction[k]), dequantize(s.indices_v[k], radius));
-        });
+    const bool gamma = coding.coder == CoderId::gamma && !blob.empty(), v_first = info.mode == Mode::filtered;
+    if (gamma) read_gamma_blob(info, blob, n, s);
+    const auto parts = range_parts(info.mode, gamma ? std::span<const std::byte>{} : blob);
+    const auto vertices = [&](std::size_t part) {
+        if (!gamma)
+            read_range_matrix(coding, vertices_input(info.mode, p.data(), out, radius), parts[part],
+                              s.indices_v, s);
+        decode_vertices(info.mode, info.order, p, radius, out, s);
+    };
+    if (v_first) vertices(0);
+    const std::int32_t* predicting = info.mode == Mode::paper ? p.data() : out.v.data();
+    if (blob.empty() && info.mode == Mode::interpolating) {
+        kernel::predict(predicting, n, info.order, out.c.data());
+        return;
     }
+    kernel::predict(predicting, n, info.order, s.prediction.data());
+    if (!gamma)
+        read_range_matrix(coding, centres_input(predicting, n, radius), parts[v_first ? 1 : 0], s.indices_c,
+                          s);
+    kernel::reconstruct(s.prediction.data(), s.indices_c.data(), out.c.size(), 2 * radius + 1, out.c.data());
+    if (info.mode == Mode::paper) vertices(1);
 }
 
 void filter_vertices(const RefinedHeights& ref, std::span<std::int32_t> p) {
     const int n = ref.n;
     std::copy(ref.v.begin(), ref.v.end(), p.begin());
     std::vector<std::int32_t> predicted(static_cast<std::size_t>((n - 2) * (n - 2)));
-    predict_centres(ref.c.data(), n - 1, predicted.data());
+    kernel::predict(ref.c.data(), n - 1, Order::four, predicted.data());
     for_interior(n, [&](std::size_t at, std::size_t k) {
         const std::int64_t mean = (std::int64_t{ref.v[at]} + predicted[k] + 1) >> 1;
         p[at] = static_cast<std::int32_t>(std::clamp<std::int64_t>(mean, -kGreatestHeight, kGreatestHeight));

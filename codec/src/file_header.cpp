@@ -50,6 +50,21 @@ void check_values(const ByteParser& in, const FileHeader& h) {
         if (r < 0 || r > (1 << 29) || r * i.quantum + i.quantum / 2 > i.tolerance)
             in.fail("has a quantiser radius that breaks its tolerance");
     if (i.min_height > i.max_height) in.fail("has an impossible height range");
+    if (!(i.rms_tolerance >= 0 && i.rms_tolerance <= i.tolerance)) in.fail("has an impossible RMS tolerance");
+}
+
+void set_tables(const ByteParser& in, FileHeader& h) {
+    h.info.fitted_tables = !h.tables.empty();
+    if (h.coding.coder == CoderId::gamma) {
+        if (h.info.fitted_tables) in.fail("has tables that its coder does not use");
+        h.coding.tables = nullptr;
+    } else if (h.info.fitted_tables) {
+        try {
+            h.coding.tables = RangeTables::parse(h.tables);
+        } catch (const Error& e) {
+            in.fail(std::string("has unusable tables of its coder: ") + e.what());
+        }
+    }
 }
 
 }  // namespace
@@ -63,7 +78,7 @@ std::vector<std::byte> FileHeader::to_bytes() const {
     for (const std::uint8_t c : kMagic) put(out, c);
     put(out, kFormatVersion);
     const std::size_t total = kFixedHeaderBytes + 4 * radii.size() + info.body.size() +
-                              info.vertical_datum.size() + info.provenance.size() + 8;
+                              info.vertical_datum.size() + info.provenance.size() + tables.size() + 8;
     put(out, static_cast<std::uint32_t>(total));
     put(out, file_bytes);
     put(out, info.quantum);
@@ -71,7 +86,7 @@ std::vector<std::byte> FileHeader::to_bytes() const {
     put(out, info.body_a);
     put(out, info.body_b);
     put(out, static_cast<std::uint8_t>(info.log2_cells));
-    put(out, static_cast<std::uint8_t>(coder));
+    put(out, static_cast<std::uint8_t>(coding.coder));
     put(out, std::uint8_t{0});  // attribute: relief
     put(out, static_cast<std::uint8_t>(info.deepest_level));
     put(out, static_cast<std::uint32_t>(radii.size()));
@@ -83,11 +98,13 @@ std::vector<std::byte> FileHeader::to_bytes() const {
     put(out, static_cast<std::uint32_t>(info.body.size()));
     put(out, static_cast<std::uint32_t>(info.vertical_datum.size()));
     put(out, static_cast<std::uint32_t>(info.provenance.size()));
-    put(out, std::uint32_t{0});
+    put(out, static_cast<std::uint32_t>(tables.size()));
+    put(out, info.rms_tolerance);
     for (const std::int32_t r : radii) put(out, r);
     put_text(out, info.body);
     put_text(out, info.vertical_datum);
     put_text(out, info.provenance);
+    out.insert(out.end(), tables.begin(), tables.end());
     put(out, checksum_of(out));
     return out;
 }
@@ -128,12 +145,13 @@ FileHeader parse_header(std::span<const std::byte> bytes, const std::string& fil
     h.info.log2_cells = in.get<std::uint8_t>();
     const auto coder = in.get<std::uint8_t>();
     const auto attribute = in.get<std::uint8_t>();
-    if (coder != static_cast<std::uint8_t>(CoderId::gamma))
+    if (coder > static_cast<std::uint8_t>(CoderId::range))
         throw Error(ErrorCode::unsupported, file + ": coder id " + std::to_string(coder) + " is unknown");
     if (attribute != 0)
         throw Error(ErrorCode::unsupported,
                     file + ": attribute " + std::to_string(attribute) + " is unknown");
-    h.info.coder = "gamma";
+    h.coding.coder = static_cast<CoderId>(coder);
+    h.info.coder = to_string(h.coding.coder);
     h.info.deepest_level = in.get<std::uint8_t>();
     const auto radii = in.get<std::uint32_t>();
     h.info.refined_diamonds = in.get<std::uint64_t>();
@@ -142,17 +160,20 @@ FileHeader parse_header(std::span<const std::byte> bytes, const std::string& fil
     h.roots = get_extent(in);
     h.directory = get_extent(in);
     const auto body = in.get<std::uint32_t>(), datum = in.get<std::uint32_t>(),
-               json = in.get<std::uint32_t>();
-    if (in.get<std::uint32_t>() != 0) in.fail("has a reserved field that is not zero");
+               json = in.get<std::uint32_t>(), tables = in.get<std::uint32_t>();
+    h.info.rms_tolerance = in.get<double>();
     if (radii > in.left() / 4) in.fail("has a wrong number of radii");
     for (std::uint32_t k = 0; k < radii; ++k) h.radii.push_back(in.get<std::int32_t>());
     h.info.body = in.text(body);
     h.info.vertical_datum = in.text(datum);
     h.info.provenance = in.text(json);
+    const std::span<const std::byte> table_bytes = in.take(tables);
+    h.tables.assign(table_bytes.begin(), table_bytes.end());
     if (in.left() != 0) in.fail("has bytes left over");
     check_extent(in, h.roots, file_bytes, "root values");
     check_extent(in, h.directory, file_bytes, "directory");
     check_values(in, h);
+    set_tables(in, h);
     return h;
 }
 

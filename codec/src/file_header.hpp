@@ -7,22 +7,21 @@
 #include <vector>
 
 #include "bytes.hpp"
+#include "carat/codec/coding.hpp"
 #include "carat/codec/repository.hpp"
 #include "page_layout.hpp"
 
 namespace carat {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x8A, 'C', 'A', 'R', 'A', 'T', 0x0D, 0x0A};
-inline constexpr std::uint32_t kFormatVersion = 1;
-inline constexpr std::size_t kFixedHeaderBytes = 144;
+inline constexpr std::uint32_t kFormatVersion = 2;
+inline constexpr std::size_t kFixedHeaderBytes = 152;
 inline constexpr std::uint32_t kMaxHeaderBytes = 1u << 24;
 inline constexpr std::uint32_t kMaxPartBytes = 64u << 10;         // pages above this are split
 inline constexpr std::uint32_t kMaxSinglePartBytes = 1u << 20;    // no part is longer, whatever its diamonds
 inline constexpr double kLeastAxis = 1e-3, kGreatestAxis = 1e12;  // equatorial semi-axis, metres
 inline constexpr double kMostOblate = 10;                         // equatorial over polar semi-axis
 inline constexpr std::uint32_t kDirectoryBlockEntries = 1024;
-
-enum class CoderId : std::uint8_t { gamma = 0 };
 
 // A stretch of the file with its checksum (XXH3, 64 bits, seed 0).
 struct Extent {
@@ -33,7 +32,8 @@ struct Extent {
 
 struct FileHeader {
     RepositoryHeader info;
-    CoderId coder = CoderId::gamma;
+    Coding coding;                  // orders: all, a reader does not know them
+    std::vector<std::byte> tables;  // of the range coder; empty: built in
     std::uint64_t file_bytes = 0;
     Extent roots, directory;
     std::vector<std::int32_t> radii;

@@ -69,7 +69,8 @@ class FileRepository final : public Repository {
         const std::span<const std::byte> blob =
             e.diamond != nullptr ? e.diamond->blob : std::span<const std::byte>{};
         try {
-            decode_residuals(info, blob, p.values, header_.info.n(), header_.radii[level + 1], out, scratch);
+            decode_residuals(header_.coding, info, blob, p.values, header_.info.n(), header_.radii[level + 1],
+                             out, scratch);
         } catch (const Error& error) {
             throw Error(error.code(), source_->name() + ": diamond " + to_string(d) + ": " + error.what());
         }

@@ -21,7 +21,7 @@ struct PageContents {
     std::vector<PageDiamond> diamonds;
 };
 
-bool is_plain_zero(const PageDiamond& d) { return d.blob.empty() && d.info.mode == Mode::interpolating; }
+bool is_plain_zero(const PageDiamond& d) { return d.blob.empty() && d.info == BlobInfo{}; }
 
 int level_in_page(int slot) {
     int j = 0;
@@ -248,7 +248,11 @@ RepositoryWriter::RepositoryWriter(std::filesystem::path path, WriterSetup setup
     s.header.info.body = setup.body.name();
     s.header.info.vertical_datum = std::move(setup.vertical_datum);
     s.header.info.provenance = std::move(setup.provenance);
+    s.header.info.rms_tolerance = setup.rms_tolerance;
     s.header.radii = std::move(setup.radii);
+    s.header.coding = setup.coding;
+    if (setup.coding.coder == CoderId::range && setup.coding.tables != RangeTables::built_in())
+        s.header.tables = setup.coding.tables->bytes();
     s.header.info.min_height = INT32_MAX;
     s.header.info.max_height = INT32_MIN;
     for (const auto& face : roots.heights)

@@ -108,6 +108,7 @@ WriterSetup writer_setup(const BuildContext& context, const BuildPlan& plan, int
     setup.vertical_datum = context.options.vertical_datum;
     setup.provenance = provenance_json(context.options, plan);
     if (context.options.measures()) setup.provenance.resize(measured_room(setup.provenance, plan), ' ');
+    setup.coding = context.options.coding;
     setup.radii.assign(static_cast<std::size_t>(depth) + 1, context.radius);
     return setup;
 }

@@ -45,16 +45,16 @@ void code_interpolating(const BuildContext& context, BuildDiamond& d, Worker& w)
     w.reference.n = n;
     w.reference.v = d.p;
     w.reference.c = sample_points(context, w.points, &w.rounding);
-    d.residuals =
-        encode_residuals(Mode::interpolating, d.p, w.reference, context.radius, d.refined, w.scratch);
+    d.residuals = encode_residuals(context.options.coding, Mode::interpolating, d.p, w.reference,
+                                   context.radius, d.refined, w.scratch);
     for (std::size_t k = 0; k < w.rounding.size(); ++k)
         w.errors.add(w.rounding[k] + context.quantum * (w.reference.c[k] - d.refined.c[k]));
 }
 
 void code_filtered(const BuildContext& context, BuildDiamond& d, Worker& w) {
     std::swap(w.reference, d.refined);
-    d.residuals =
-        encode_residuals(context.options.mode, d.p, w.reference, context.radius, d.refined, w.scratch);
+    d.residuals = encode_residuals(context.options.coding, context.options.mode, d.p, w.reference,
+                                   context.radius, d.refined, w.scratch);
     const auto add = [&](std::int32_t a, std::int32_t b) {
         w.errors.add(context.quantum * (std::abs(static_cast<double>(a) - b) + 0.5));
     };

@@ -223,7 +223,7 @@ void fuzz_behind_checksums(const MiniPlan& plan, int count, Region region, Rando
     for (int k = 0; k < count; ++k) {
         Bytes hostile = whole;
         const std::int64_t end =
-            region == Region::header ? 152 + 4 * (plan.depth + 1) : static_cast<std::int64_t>(whole.size());
+            region == Region::header ? 160 + 4 * (plan.depth + 1) : static_cast<std::int64_t>(whole.size());
         std::string where;
         for (int n = static_cast<int>(random.integer(1, 3)); n > 0; --n) {
             const auto at =

@@ -19,6 +19,8 @@ namespace {
 
 constexpr std::array<Mode, 3> kModes{Mode::interpolating, Mode::filtered, Mode::paper};
 
+std::vector<Coding> codings() { return {Coding{}, Coding::gamma(), Coding::paper()}; }
+
 // A diamond's vertices and centres sampled from a field on face 0, spacing 2^16 lattice units.
 RefinedHeights sampled(const Field& field, int n) {
     RefinedHeights r{n, Grid(static_cast<std::size_t>(n * n)),
@@ -77,26 +79,32 @@ TEST(DiamondCodec, KeepsTheRadiusDecodesExactlyAndIsStable) {
     for (const int n : {5, 9, 17, 65})
         for (const std::int32_t radius : {0, 1, 5, 255, 100000, 1 << 29})
             for (const NamedField& f : all_fields(std::max(3 * std::min(radius, 1 << 28), 1000), 16))
-                for (const Mode mode : kModes) {
-                    SCOPED_TRACE(f.name + " n " + std::to_string(n) + " radius " + std::to_string(radius) +
-                                 " mode " + std::to_string(static_cast<int>(mode)));
+                for (int k = 0; k < 9; ++k) {
+                    const Mode mode = kModes[static_cast<std::size_t>(k % 3)];
+                    const Coding coding = codings()[static_cast<std::size_t>(k / 3)];
+                    SCOPED_TRACE(std::string(to_string(coding.coder)) + " " + f.name + " n " +
+                                 std::to_string(n) + " radius " + std::to_string(radius) + " mode " +
+                                 std::to_string(static_cast<int>(mode)));
                     const RefinedHeights reference = sampled(f.field, n);
                     const Grid p = coarse_vertices(reference, mode, radius, random);
                     RefinedHeights out, back, again;
-                    const EncodedResiduals e = encode_residuals(mode, p, reference, radius, out, scratch);
+                    const EncodedResiduals e =
+                        encode_residuals(coding, mode, p, reference, radius, out, scratch);
                     expect_within(out, reference, p, mode, radius);
-                    decode_residuals(e.info, e.blob, p, n, radius, back, scratch);
+                    decode_residuals(coding, e.info, e.blob, p, n, radius, back, scratch);
                     ASSERT_EQ(back.v, out.v);
                     ASSERT_EQ(back.c, out.c);
                     if (!residuals_fit(reference, p, radius)) continue;
                     ++stable;
-                    const EncodedResiduals e2 = encode_residuals(mode, p, out, radius, again, scratch);
+                    Coding same = coding;  // other orders would not predict what this one reconstructed
+                    same.orders = 1u << static_cast<unsigned>(e.info.order);
+                    const EncodedResiduals e2 = encode_residuals(same, mode, p, out, radius, again, scratch);
                     ASSERT_EQ(e2.blob, e.blob);
                     ASSERT_EQ(e2.info.to_byte(), e.info.to_byte());
                     ASSERT_EQ(again.v, out.v);
                     ASSERT_EQ(again.c, out.c);
                 }
-    EXPECT_GT(stable, 300);
+    EXPECT_GT(stable, 900);
 }
 
 TEST(DiamondCodec, PerfectPredictionStoresNothing) {
@@ -104,14 +112,18 @@ TEST(DiamondCodec, PerfectPredictionStoresNothing) {
     const RefinedHeights reference =
         sampled([](const LatticePoint& q) { return (q.y >> 12) + 2 * (q.z >> 12); }, 17);
     RefinedHeights out;
-    EXPECT_TRUE(encode_residuals(Mode::interpolating, reference.v, reference, 1, out, scratch).blob.empty());
+    for (const Coding& coding : codings()) {
+        const auto e = encode_residuals(coding, Mode::interpolating, reference.v, reference, 1, out, scratch);
+        EXPECT_TRUE(e.blob.empty());
+        EXPECT_EQ(e.info, BlobInfo{});  // what a zero page stands for
+    }
 }
 
 TEST(DiamondCodec, FilteredVerticesAreTheMeanOfVertexAndPrediction) {
     const RefinedHeights r = sampled(extreme(), 17);
     Grid p(17 * 17), predicted(15 * 15);
     filter_vertices(r, p);
-    predict_centres(r.c.data(), 16, predicted.data());
+    predict_centres(r.c.data(), 16, Order::four, predicted.data());
     for (int i = 0; i < 17; ++i)
         for (int j = 0; j < 17; ++j) {
             const auto at = static_cast<std::size_t>(i * 17 + j);
@@ -139,10 +151,12 @@ TEST(DiamondCodec, HostileVerticesAndReferencesStillDecodeAsEncoded) {
         Grid p(reference.v.size());
         for (Grid* g : {&reference.v, &reference.c, &p})
             for (auto& x : *g) x = any();
-        for (const Mode mode : kModes) {
+        for (int way = 0; way < 9; ++way) {
+            const Mode mode = kModes[static_cast<std::size_t>(way % 3)];
+            const Coding coding = codings()[static_cast<std::size_t>(way / 3)];
             RefinedHeights out, back;
-            const EncodedResiduals e = encode_residuals(mode, p, reference, radius, out, scratch);
-            decode_residuals(e.info, e.blob, p, n, radius, back, scratch);
+            const EncodedResiduals e = encode_residuals(coding, mode, p, reference, radius, out, scratch);
+            decode_residuals(coding, e.info, e.blob, p, n, radius, back, scratch);
             ASSERT_EQ(back.v, out.v);
             ASSERT_EQ(back.c, out.c);
             for (std::size_t k = 0; k < out.c.size(); ++k) {  // the promise holds modulo 2^32
@@ -169,10 +183,12 @@ TEST(DiamondCodec, AnyBytesDecodeOrAreRefused) {
         const auto ones = random.bits() | random.bits();  // few long runs of zeros: most codes are short
         for (auto& b : blob)
             b = static_cast<std::byte>(round % 2 == 0 ? random.bits() : random.bits() | ones);
-        BlobInfo info{kModes[static_cast<std::size_t>(round % 3)], round % 5 < 2 ? 2 : 4};
+        const BlobInfo info{kModes[static_cast<std::size_t>(round % 3)], round % 5 < 2 ? 2 : 4,
+                            static_cast<Order>(round % 7 % 3)};
+        const Coding coding = codings()[static_cast<std::size_t>(round % 2)];
         RefinedHeights out;
         try {
-            decode_residuals(info, blob, p, n, radius, out, scratch);
+            decode_residuals(coding, info, blob, p, n, radius, out, scratch);
             ++decoded;
         } catch (const Error& e) {
             ASSERT_TRUE(e.code() == ErrorCode::corrupt || e.code() == ErrorCode::truncated) << e.what();

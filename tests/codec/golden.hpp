@@ -11,12 +11,14 @@ struct Golden {
     std::uint64_t heights;  // hash_heights() of walk.hpp
 };
 
-inline constexpr std::array<Golden, 5> kGolden{{
+inline constexpr std::array<Golden, 7> kGolden{{
     {"example.carat", 0x57E3BA6755BDC5C3u},
     {"mixed_modes.carat", 0xD460C7E3440ECB84u},
     {"paper.carat", 0xCA845F6519C45D07u},
     {"deep_patch.carat", 0xC121181BEAD6061Eu},
     {"zero_pages.carat", 0xFD2D055B55D21818u},
+    {"range.carat", 0xC4A316B840A356B4u},
+    {"fitted.carat", 0x463BBEEA86934209u},
 }};
 
 }  // namespace carat::test

@@ -1,4 +1,4 @@
-// Files of format version 1, written once and kept: both readers find the pinned heights in them, for ever.
+// Files of format version 2, written once and kept: both readers find the pinned heights in them, for ever.
 #include "golden.hpp"
 
 #include <gtest/gtest.h>
@@ -34,6 +34,14 @@ std::function<bool(DiamondId)> patch(int depth) {
     };
 }
 
+// As --fit-tables does: counted in a build with the built-in ones.
+std::shared_ptr<const RangeTables> tables_fitted_to(MiniPlan p) {
+    RangeStatistics counts;
+    p.statistics = &counts;
+    build_mini(p);
+    return RangeTables::fit(counts);
+}
+
 MiniPlan plan_of(const std::string& file) {
     MiniPlan p;
     p.provenance = "{\"golden\":\"" + file + "\"}";
@@ -54,9 +62,12 @@ MiniPlan plan_of(const std::string& file) {
         p.source = [](const LatticePoint& q) {
             return q == LatticePoint{1 << 30, quarter, quarter} ? 150 : 0;
         };
-    } else if (file == "mixed_modes.carat") {
+    } else if (file == "mixed_modes.carat" || file == "range.carat" || file == "fitted.carat") {
         p.depth = 4;
         p.mode = any_mode;
+        if (file != "mixed_modes.carat") p.coding = Coding{};
+        if (file == "range.carat") p.log2_cells = 4;
+        if (file == "fitted.carat") p.coding.tables = tables_fitted_to(p);
     } else if (file == "paper.carat") {
         p.log2_cells = 4;
         p.depth = 2;

@@ -103,12 +103,13 @@ EncodedRoots encode(MiniBuild& b) {
     for (int face = 0; face < kFaces; ++face)
         b.p[root_diamond(face)] = {n, encoded.heights[static_cast<std::size_t>(face)], {true, true}};
     CodecScratch scratch;
+    scratch.statistics = b.plan.statistics;
     for (const auto& level : b.levels)
         for (const DiamondId d : level) {
             if (!b.refined.contains(d)) continue;
             RefinedHeights& out = b.reconstructed[d];
-            b.residuals[d] = encode_residuals(mode_of(b.plan, d), b.p.at(d).values, b.reference.at(d),
-                                              b.radius, out, scratch);
+            b.residuals[d] = encode_residuals(b.plan.coding, mode_of(b.plan, d), b.p.at(d).values,
+                                              b.reference.at(d), b.radius, out, scratch);
             for (const Half half : {child_halves({d, 0})[0], child_halves({d, 0})[1], child_halves({d, 1})[0],
                                     child_halves({d, 1})[1]}) {
                 Heights& child = b.p[half.diamond];
@@ -168,6 +169,7 @@ void write(MiniBuild& b, const EncodedRoots& roots) {
     setup.quantum = b.plan.quantum;
     setup.tolerance = b.plan.tolerance;
     setup.body = b.plan.body;
+    setup.coding = b.plan.coding;
     setup.vertical_datum = b.plan.vertical_datum;
     setup.provenance = b.plan.provenance;
     setup.radii.assign(b.levels.size(), b.radius);

@@ -24,6 +24,8 @@ struct MiniPlan {
     int depth = 3;                               // no diamond of this level or deeper is refined
     std::function<bool(DiamondId)> refine = {};  // which to refine, with all their ancestors; empty: all
     std::function<Mode(DiamondId)> mode = {};    // empty: interpolating
+    Coding coding = Coding::paper();             // gamma, order 4
+    RangeStatistics* statistics = nullptr;
     std::string vertical_datum = "unstated", provenance = "{}";
 
     int n() const { return (1 << log2_cells) + 1; }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "../../codec/src/range_built_in.hpp"  // bytes alone: appendix A of the format
+
 namespace slow {
 namespace {
 
@@ -209,12 +211,6 @@ std::uint64_t Diamond::id() const {
 
 // ---- 3 File, 4 Header ----
 
-Reader::Reader(std::vector<std::uint8_t> bytes) : bytes_(std::move(bytes)) {
-    read_header();
-    read_roots();
-    read_directory();
-}
-
 namespace {
 
 Extent read_extent(Cursor& in) {
@@ -241,9 +237,9 @@ void Reader::read_header() {
     Cursor first{bytes_.data(), bytes_.data() + bytes_.size(), "header"};
     const std::vector<std::uint8_t> magic{0x8A, 0x43, 0x41, 0x52, 0x41, 0x54, 0x0D, 0x0A};
     demand(first.take(8) == magic, "wrong magic");
-    if (first.u32() != 1) refuse("unsupported", "format version");
+    if (first.u32() != 2) refuse("unsupported", "format version");
     const std::uint64_t length = first.u32();
-    demand(length >= 152, "header too short");
+    demand(length >= 160, "header too short");
     if (length > (std::uint64_t{1} << 24)) refuse("limit", "header too long");
     if (length > bytes_.size()) refuse("truncated", "header");
     Cursor tail{bytes_.data() + length - 8, bytes_.data() + length, "header"};
@@ -259,7 +255,8 @@ void Reader::read_header() {
     h.a = in.f64();
     h.b = in.f64();
     h.p = in.u8();
-    if (in.u8() != 0) refuse("unsupported", "coder");
+    h.coder = in.u8();
+    if (h.coder > 1) refuse("unsupported", "coder");
     if (in.u8() != 0) refuse("unsupported", "attribute");
     h.deepest = in.u8();
     const std::uint64_t radii = in.u32();
@@ -269,8 +266,11 @@ void Reader::read_header() {
     h.roots = read_extent(in);
     h.directory = read_extent(in);
     const std::uint64_t body = in.u32(), datum = in.u32(), provenance = in.u32();
-    demand(in.u32() == 0, "header: reserved");
-    demand(in.left() == 4 * radii + body + datum + provenance, "header length");
+    const std::uint64_t tables = in.u32();
+    h.rms = in.f64();
+    demand(in.left() == 4 * radii + body + datum + provenance + tables, "header length");
+    demand(h.rms >= 0 && h.rms <= h.tolerance, "RMS tolerance");
+    demand(h.coder == 1 || tables == 0, "tables of the gamma coder");
     demand(h.p >= 2 && h.p <= 7, "p");
     demand(h.deepest <= 50 && h.deepest <= 62 - 2 * h.p, "deepest level");
     demand(radii == static_cast<std::uint64_t>(h.deepest) + 1, "number of radii");
@@ -287,6 +287,7 @@ void Reader::read_header() {
     h.body = in.text(body);
     h.datum = in.text(datum);
     h.provenance = in.text(provenance);
+    h.tables = in.take(tables);
 }
 
 // ---- 8.2 Gamma code (the root values need it too) ----
@@ -513,7 +514,8 @@ Reader::Part Reader::parse_part(const PartPlace& place) {
         const int info = in.u8();
         entry.mode = info & 3;
         entry.leaf = (info & 4) != 0 ? 4 : 2;
-        demand(entry.mode <= 2 && info < 8, in.what + ": mode");
+        entry.order = 2 * (info >> 3) + 2;
+        demand(entry.mode <= 2 && entry.order <= 6, in.what + ": mode");
         for (auto& summary : entry.summary)
             for (int& byte : summary) byte = in.u8();
         lengths.push_back(in.varint());
@@ -608,10 +610,218 @@ Matrix read_matrix(Bits& in, int rows, int side, int leaf) {
     return tree.values;
 }
 
+// ---- 8.4 to 8.6 Range code ----
+
+constexpr std::int64_t kTwo32 = std::int64_t{1} << 32;
+
+int floor_log2(std::int64_t x) {
+    int e = 0;
+    while (x >= 2) {
+        x /= 2;
+        ++e;
+    }
+    return e;
+}
+
+// 8.5: which token slots belong to, in a context. Found by walking the buckets, not by arithmetic on entries.
+struct Alias {
+    std::array<int, 64> cutoff{}, other{}, first{};  // of the alias: number of the slot at the cutoff
+
+    explicit Alias(const std::array<std::int64_t, 64>& f) {
+        std::vector<int> low, high;
+        for (int t = 0; t < 64; ++t) {
+            cutoff[static_cast<std::size_t>(t)] = static_cast<int>(f[static_cast<std::size_t>(t)]);
+            if (cutoff[static_cast<std::size_t>(t)] < 64) low.push_back(t);
+            if (cutoff[static_cast<std::size_t>(t)] > 64) high.push_back(t);
+        }
+        while (!high.empty()) {
+            const int giver = high.back(), taker = low.back();
+            high.pop_back();
+            low.pop_back();
+            int& has = cutoff[static_cast<std::size_t>(giver)];
+            has -= 64 - cutoff[static_cast<std::size_t>(taker)];
+            other[static_cast<std::size_t>(taker)] = giver;
+            first[static_cast<std::size_t>(taker)] = has;
+            if (has < 64) low.push_back(giver);
+            if (has > 64) high.push_back(giver);
+        }
+    }
+};
+
+struct RangeReader {
+    const std::vector<std::array<std::int64_t, 64>>& frequencies;  // by context
+    const Matrix& known;
+    int m, rows;
+    std::int64_t step;
+
+    std::int64_t at(int i, int j) const { return known[static_cast<std::size_t>(i * m + j)]; }
+    static int held(int x, int least, int most) { return x < least ? least : x > most ? most : x; }
+
+    // 8.6
+    std::int64_t scaled(std::int64_t difference) const {
+        int shift = floor_log2(step) + 1 - 12;
+        if (shift < 0) shift = 0;
+        std::int64_t x = reduced(difference);
+        x = (x < 0 ? -x : x) >> shift;
+        return x > (1 << 23) ? 1 << 23 : x;
+    }
+    std::int64_t scaled_step() const {
+        const int shift = floor_log2(step) + 1 - 12;
+        return shift > 0 ? step >> shift : step;
+    }
+    std::int64_t roughness(int i, int j) const {  // of vertex (i, j), held inside the matrix
+        i = held(i, 0, m - 1);
+        j = held(j, 0, m - 1);
+        const int x = held(i, 1, m - 2), y = held(j, 1, m - 2);
+        return scaled(at(i, y - 1) - 2 * at(i, y) + at(i, y + 1)) +
+               scaled(at(x - 1, j) - 2 * at(x, j) + at(x + 1, j));
+    }
+    std::int64_t activity(int i, int j) const {
+        const std::array<std::int64_t, 4> weight{1, 2, 2, 1};
+        std::int64_t sum = 24 * scaled_step();
+        for (int a = 0; a < 4; ++a)
+            for (int b = 0; b < 4; ++b)
+                sum += weight[static_cast<std::size_t>(a)] * weight[static_cast<std::size_t>(b)] *
+                       roughness(i + a - 1, j + b - 1);
+        return sum + 8 * scaled(at(i, j) + at(i + 1, j + 1) - at(i, j + 1) - at(i + 1, j));
+    }
+    static int log8(std::int64_t u) {
+        const int e = floor_log2(u);
+        return 8 * e + static_cast<int>(u >> (e - 3)) - 8;
+    }
+
+    Matrix read(const std::vector<std::uint8_t>& bytes) const {
+        demand(!bytes.empty(), "an empty range code");
+        const int head = bytes[0], states = 1 << (head & 3), offset = (head >> 2) - 8;
+        demand(head < 64, "form of a range code");
+        std::size_t next = 1;
+        const auto byte = [&] {
+            if (next >= bytes.size()) refuse("truncated", "a range code ends early");
+            return static_cast<std::int64_t>(bytes[next++]);
+        };
+        std::vector<std::int64_t> x(static_cast<std::size_t>(states));
+        for (std::int64_t& state : x) {
+            for (int k = 0; k < 4; ++k) state |= byte() << (8 * k);
+        }
+        for (const std::int64_t state : x) demand(state >= 65536, "a state of a range code");
+        std::vector<int> tokens(static_cast<std::size_t>(rows * rows), 0);
+        std::map<int, Alias> aliases;
+        for (int pass = 0; pass < 2; ++pass) {
+            int number = 0;
+            const std::vector<int> before = tokens;  // a pass sees the one before only
+            for (int i = 0; i < rows; ++i)
+                for (int j = 0; j < rows; ++j) {
+                    if ((i + j) % 2 != pass) continue;
+                    std::int64_t u = activity(i, j);
+                    const auto neighbour = [&](int r, int c) {
+                        if (r < 0 || c < 0 || r >= rows || c >= rows) return;
+                        u += 48 * scaled_step() * magnitude(before[static_cast<std::size_t>(r * rows + c)]);
+                    };
+                    if (pass == 1) {
+                        neighbour(i - 1, j);
+                        neighbour(i + 1, j);
+                        neighbour(i, j - 1);
+                        neighbour(i, j + 1);
+                    }
+                    const std::int64_t twice = log8(u) - log8(24 * scaled_step()) + 2 * (8 + offset);
+                    const int context = held(static_cast<int>(floor_div(twice, 2)), 0, 63) + 64 * pass;
+                    const auto& f = frequencies[static_cast<std::size_t>(context)];
+                    const Alias& alias = aliases.try_emplace(context, f).first->second;
+                    std::int64_t& state = x[static_cast<std::size_t>(number++ % states)];
+                    const auto slot = static_cast<int>(state % 4096), bucket = slot / 64, inside = slot % 64;
+                    const auto b = static_cast<std::size_t>(bucket);
+                    const bool own = inside < alias.cutoff[b];
+                    const int token = own ? bucket : alias.other[b];
+                    const std::int64_t place = own ? inside : alias.first[b] + inside - alias.cutoff[b];
+                    state = f[static_cast<std::size_t>(token)] * (state / 4096) + place;
+                    if (state < 65536) {
+                        const std::int64_t low = byte();
+                        state = state * 65536 + low + 256 * byte();
+                    }
+                    tokens[static_cast<std::size_t>(i * rows + j)] = token;
+                }
+        }
+        std::vector<std::uint8_t> raw;
+        for (const std::int64_t state : x) {
+            demand(state < 131072, "the last state of a range code");
+            raw.push_back(static_cast<std::uint8_t>(state % 256));
+            raw.push_back(static_cast<std::uint8_t>(state / 256 % 256));
+        }
+        raw.insert(raw.end(), bytes.begin() + static_cast<std::ptrdiff_t>(next), bytes.end());
+        return indices(tokens, raw, 16 * states);
+    }
+
+    static std::int64_t least(int token) {
+        if (token < 24) return token;
+        const int octave = 4 + (token - 23) / 2;
+        return (std::int64_t{1} << octave) + ((token - 23) % 2 == 1 ? std::int64_t{1} << (octave - 1) : 0);
+    }
+    static int raw_bits(int token) { return token < 24 ? 0 : token == 63 ? 32 : 3 + (token - 23) / 2; }
+    static std::int64_t magnitude(int token) {
+        if (token == 63) return 63;
+        const std::int64_t x = (least(token) + 1) / 2;
+        return x < 63 ? x : 63;
+    }
+    static Matrix indices(const std::vector<int>& tokens, const std::vector<std::uint8_t>& raw, int kept) {
+        std::int64_t total = 0;
+        for (const int t : tokens) total += raw_bits(t);
+        const std::int64_t stored = total > kept ? (total - kept + 7) / 8 : 0;
+        demand(static_cast<std::int64_t>(raw.size()) == kept / 8 + stored, "raw bits of a range code");
+        Bits in{raw};
+        Matrix out;
+        for (const int t : tokens) {
+            std::int64_t z = t == 63 ? 0 : least(t);
+            for (int k = 0; k < raw_bits(t); ++k) z += static_cast<std::int64_t>(in.bit()) << k;
+            demand(z < kTwo32, "an index");
+            out.push_back(z % 2 == 0 ? z / 2 : -(z + 1) / 2);
+        }
+        while (in.next < 8 * raw.size()) demand(in.bit() == 0, "a range code is filled with ones");
+        return out;
+    }
+};
+
+std::uint64_t take_varint(const std::vector<std::uint8_t>& bytes, std::size_t& next) {
+    std::uint64_t value = 0;
+    for (int shift = 0; shift < 35; shift += 7) {
+        if (next >= bytes.size()) refuse("truncated", "a length in a blob");
+        const std::uint64_t b = bytes[next++];
+        value |= (b & 0x7F) << shift;
+        if (b >= 0x80) continue;
+        demand(value < static_cast<std::uint64_t>(kTwo32) && (b != 0 || shift == 0), "a length in a blob");
+        return value;
+    }
+    refuse("corrupt", "a length in a blob");
+}
+
+// 8.5: the frequencies of all contexts.
+std::vector<std::array<std::int64_t, 64>> read_tables(const std::vector<std::uint8_t>& bytes) {
+    Bits in{bytes};
+    std::vector<std::array<std::int64_t, 64>> out;
+    std::array<std::int64_t, 64> f{};
+    for (int context = 0; context < 128; ++context) {
+        if (in.bit() == 1) {
+            int count = 0;
+            for (int k = 0; k < 6; ++k) count |= in.bit() << k;
+            std::int64_t left = 4096;
+            for (int t = 0; t < 63; ++t) {
+                std::int64_t& x = f[static_cast<std::size_t>(t)];
+                x = t < count ? x + gamma_value(in) : 0;
+                demand(x >= 0 && x < left, "a frequency");
+                left -= x;
+            }
+            f[63] = left;
+        }
+        demand(f[63] > 0, "frequencies");
+        out.push_back(f);
+    }
+    in.end();
+    return out;
+}
+
 // ---- 9 Reconstruction ----
 
 // 9.1
-Matrix pred(const Matrix& k, int m) {
+Matrix pred(const Matrix& k, int m, int order) {
     const auto at = [&](int i, int j) { return k[static_cast<std::size_t>(i * m + j)]; };
     Matrix out;
     for (int i = 0; i < m - 1; ++i)
@@ -624,8 +834,17 @@ Matrix pred(const Matrix& k, int m) {
             const auto above = [&] {
                 return at(i - 1, j) + at(i + 2, j) + at(i - 1, j + 1) + at(i + 2, j + 1);
             };
+            const bool order6 = order == 6 && i >= 2 && i <= m - 4 && j >= 2 && j <= m - 4;
             std::int64_t value = 0;
-            if (row_border && column_border)
+            if (order6) {
+                const std::int64_t diagonal =
+                    at(i - 1, j - 1) + at(i - 1, j + 2) + at(i + 2, j - 1) + at(i + 2, j + 2);
+                const std::int64_t beyond = at(i - 2, j) + at(i - 2, j + 1) + at(i + 3, j) +
+                                            at(i + 3, j + 1) + at(i, j - 2) + at(i + 1, j - 2) +
+                                            at(i, j + 3) + at(i + 1, j + 3);
+                value =
+                    floor_div(174 * four - 27 * (beside() + above()) + 2 * diagonal + 3 * beyond + 256, 512);
+            } else if (order == 2 || (row_border && column_border))
                 value = floor_div(four + 2, 4);
             else if (row_border)
                 value = floor_div(9 * four - beside() + 16, 32);
@@ -640,6 +859,19 @@ Matrix pred(const Matrix& k, int m) {
 
 }  // namespace
 
+Reader::Reader(std::vector<std::uint8_t> bytes, std::vector<std::uint8_t> built_in)
+    : bytes_(std::move(bytes)), built_in_(std::move(built_in)) {
+    read_header();
+    if (header_.coder == 1) frequencies_ = read_tables(header_.tables.empty() ? built_in_ : header_.tables);
+    read_roots();
+    read_directory();
+}
+
+// Appendix A.
+std::vector<std::uint8_t> Reader::built_in_tables() {
+    return {std::begin(carat::kBuiltInRangeTables), std::end(carat::kBuiltInRangeTables)};
+}
+
 // 9.2
 const Refined& Reader::refine(const Point& centre) {
     if (const auto it = refined_.find(centre); it != refined_.end()) return it->second;
@@ -651,13 +883,30 @@ const Refined& Reader::refine(const Point& centre) {
     Entry entry;
     if (found->entry != nullptr) entry = *found->entry;
     Matrix qc(static_cast<std::size_t>(cells * cells)), qv(static_cast<std::size_t>(inner * inner));
-    if (!entry.blob.empty()) {
+    const std::int64_t step = 2 * header_.radii[static_cast<std::size_t>(Diamond::at(centre).level) + 1] + 1;
+    const bool range = header_.coder == 1 && !entry.blob.empty();
+    if (!entry.blob.empty() && !range) {
         Bits in{entry.blob};
         qc = read_matrix(in, cells, cells, entry.leaf);
         if (entry.mode != 0) qv = read_matrix(in, inner, cells, entry.leaf);
         in.end();
     }
-    const std::int64_t step = 2 * header_.radii[static_cast<std::size_t>(Diamond::at(centre).level) + 1] + 1;
+    // 8.4: in modes 1 and 2 two range codes, the first after its length
+    std::array<std::vector<std::uint8_t>, 2> codes;
+    if (range && entry.mode == 0) codes[0] = entry.blob;
+    if (range && entry.mode != 0) {
+        std::size_t next = 0;
+        const std::uint64_t first = take_varint(entry.blob, next);
+        if (first > entry.blob.size() - next) refuse("truncated", "a blob ends inside its first matrix");
+        const auto middle = entry.blob.begin() + static_cast<std::ptrdiff_t>(next + first);
+        codes[0].assign(entry.blob.begin() + static_cast<std::ptrdiff_t>(next), middle);
+        codes[1].assign(middle, entry.blob.end());
+    }
+    const auto read_range = [&](std::size_t which, const Matrix& known, int m, int rows, Matrix& out) {
+        if (range && !codes[which].empty())
+            out = RangeReader{frequencies_, known, m, rows, step}.read(codes[which]);
+    };
+    if (entry.mode == 1) read_range(0, h.p, size, inner, qv);
     Refined out;
     out.v = h.p;
     const auto inside = [&](auto value) {  // V(i, j) = value(index in P, index in the inner matrix)
@@ -668,10 +917,12 @@ const Refined& Reader::refine(const Point& centre) {
             }
     };
     if (entry.mode == 1) inside([&](std::size_t at, std::size_t k) { return h.p[at] + step * qv[k]; });
-    out.c = pred(out.v, size);
+    read_range(entry.mode == 1 ? 1 : 0, out.v, size, cells, qc);
+    out.c = pred(out.v, size, entry.order);
     for (std::size_t k = 0; k < out.c.size(); ++k) out.c[k] = reduced(out.c[k] + step * qc[k]);
     if (entry.mode == 2) {
-        const Matrix predicted = pred(out.c, cells);
+        read_range(1, out.c, cells, inner, qv);
+        const Matrix predicted = pred(out.c, cells, entry.order);
         inside([&](std::size_t at, std::size_t k) { return 2 * h.p[at] - predicted[k] + step * qv[k]; });
     }
     return refined_[centre] = out;

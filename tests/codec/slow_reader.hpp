@@ -48,8 +48,9 @@ struct Extent {
 // Section 4.
 struct Header {
     std::uint64_t file_bytes = 0, refined = 0;
-    double quantum = 0, tolerance = 0, a = 0, b = 0;
-    int p = 0, deepest = 0;
+    double quantum = 0, tolerance = 0, rms = 0, a = 0, b = 0;
+    int p = 0, deepest = 0, coder = 0;
+    std::vector<std::uint8_t> tables;
     std::int64_t least = 0, greatest = 0;
     Extent roots, directory;
     std::vector<std::int64_t> radii;
@@ -73,7 +74,9 @@ struct Refined {
 
 class Reader {
   public:
-    explicit Reader(std::vector<std::uint8_t> bytes);
+    // built_in: appendix A of the format, the range coder's own tables; needed for files that rely on them.
+    explicit Reader(std::vector<std::uint8_t> bytes, std::vector<std::uint8_t> built_in = built_in_tables());
+    static std::vector<std::uint8_t> built_in_tables();
 
     const Header& header() const { return header_; }
     int n() const { return (1 << header_.p) + 1; }
@@ -94,7 +97,7 @@ class Reader {
         int first_slot = 0;
     };
     struct Entry {
-        int mode = 0, leaf = 2;
+        int mode = 0, leaf = 2, order = 4;
         std::array<std::array<int, 3>, 2> summary{};
         std::vector<std::uint8_t> blob;
     };
@@ -119,7 +122,8 @@ class Reader {
     std::optional<Found> find(const Point& centre);
     const std::map<Point, std::int64_t>& samples(const Point& centre);
 
-    std::vector<std::uint8_t> bytes_;
+    std::vector<std::uint8_t> bytes_, built_in_;
+    std::vector<std::array<std::int64_t, 64>> frequencies_;
     Header header_;
     std::array<Matrix, 6> roots_;
     std::map<std::pair<std::uint64_t, int>, PartPlace> places_;

@@ -67,7 +67,7 @@ void expect_heights(const Surface& surface, slow::Reader& plain, DiamondId d) {
 }
 
 // Returns what the file holds, for tests to see that it is the file they meant.
-slow::Reader::Count expect_agreement(const MiniPlan& plan) {
+slow::Reader::Count expect_agreement_of(const MiniPlan& plan) {
     const MiniBuild b = build_mini(plan);
     slow::Reader plain(plain_bytes(b.bytes));
     const Surface surface(b.open());
@@ -82,6 +82,13 @@ slow::Reader::Count expect_agreement(const MiniPlan& plan) {
             EXPECT_EQ(surface.repository().refined(k), plain.refined(slow_point(k.centre()))) << to_string(k);
     }
     return plain.count();
+}
+
+slow::Reader::Count expect_agreement(MiniPlan plan) {
+    plan.coding = Coding::gamma();
+    expect_agreement_of(plan);
+    plan.coding = Coding{};
+    return expect_agreement_of(plan);
 }
 
 std::function<bool(DiamondId)> around_a_cube_edge() {

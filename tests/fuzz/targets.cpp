@@ -57,7 +57,9 @@ std::vector<std::int32_t> vertices(int n, std::uint32_t seed) {
 
 void gamma_blob(std::span<const std::byte> input) {
     if (input.size() < 8) return;
-    const BlobInfo info{static_cast<Mode>(number(input, 0) % 3), (number(input, 0) & 4) != 0 ? 4 : 2};
+    const BlobInfo info{static_cast<Mode>(number(input, 0) % 3), (number(input, 0) & 4) != 0 ? 4 : 2,
+                        static_cast<Order>((number(input, 0) >> 3) % kOrders)};
+    const Coding coding = Coding::gamma();
     const int n = (1 << (2 + number(input, 1) % 5)) + 1;
     std::uint32_t raw_radius = 0;
     std::memcpy(&raw_radius, input.data() + 2, 4);
@@ -65,9 +67,10 @@ void gamma_blob(std::span<const std::byte> input) {
     const auto p = vertices(n, static_cast<std::uint32_t>(number(input, 6) | number(input, 7) << 8));
     CodecScratch scratch;
     RefinedHeights decoded, encoded, again;
-    if (!accepted([&] { decode_residuals(info, input.subspan(8), p, n, radius, decoded, scratch); })) return;
-    const EncodedResiduals e = encode_residuals(info.mode, p, decoded, radius, encoded, scratch);
-    decode_residuals(e.info, e.blob, p, n, radius, again, scratch);
+    if (!accepted([&] { decode_residuals(coding, info, input.subspan(8), p, n, radius, decoded, scratch); }))
+        return;
+    const EncodedResiduals e = encode_residuals(coding, info.mode, p, decoded, radius, encoded, scratch);
+    decode_residuals(coding, e.info, e.blob, p, n, radius, again, scratch);
     if (again.v != encoded.v || again.c != encoded.c) broken("decoding repeats encoding");
 }
 

@@ -32,16 +32,24 @@ class CaratKernel : public Contestant {
 };
 
 std::unique_ptr<Contestant> make_paper() {
-    return std::make_unique<CaratKernel>(KernelChoice{Mode::paper, "gamma"});
+    return std::make_unique<CaratKernel>(KernelChoice{Mode::paper, Coding::paper()});
 }
 std::unique_ptr<Contestant> make_gamma() {
-    return std::make_unique<CaratKernel>(KernelChoice{Mode::interpolating, "gamma"});
+    return std::make_unique<CaratKernel>(KernelChoice{Mode::interpolating, Coding::gamma()});
+}
+std::unique_ptr<Contestant> make_range() {
+    return std::make_unique<CaratKernel>(KernelChoice{Mode::interpolating, Coding{}});
+}
+std::unique_ptr<Contestant> make_range_fit() {
+    return std::make_unique<CaratKernel>(KernelChoice{Mode::interpolating, Coding{}, true});
 }
 
 }  // namespace
 
 const std::vector<ContestantInfo>& contestants() {
-    static const std::vector<ContestantInfo> all = {{"carat-gamma", "diamond", false, make_gamma},
+    static const std::vector<ContestantInfo> all = {{"carat-range", "diamond", false, make_range},
+                                                    {"carat-fit", "diamond", false, make_range_fit},
+                                                    {"carat-gamma", "diamond", false, make_gamma},
                                                     {"carat-paper", "diamond", false, make_paper},
                                                     {"lerc", "none", true, make_lerc},
                                                     {"lerc+zstd", "none", true, make_lerc_zstd},

@@ -165,7 +165,7 @@ void PlaneCodec::pass_up(const PlaneStep& step, const std::vector<std::int32_t>&
     }
 }
 
-const RefinedHeights& PlaneCodec::reference_of(std::size_t k) {
+const RefinedHeights& PlaneCodec::reference_of(std::size_t k, Order absent_order) {
     const PlaneStep& step = plan_.steps[k];
     if (kernel_.choice().mode == Mode::interpolating)
         sample_reference(step, reference_);
@@ -173,7 +173,7 @@ const RefinedHeights& PlaneCodec::reference_of(std::size_t k) {
         reference_ = references_[k];
     const int absent = absent_side(step);
     if (absent < 0) return reference_;
-    predict_centres(p_.data(), kN, predicted_.data());
+    predict_centres(p_.data(), kN, absent_order, predicted_.data());
     for_side(kN, absent, [&](int i, int j) {
         if (i != j) reference_.v[vertex(i, j)] = p_[vertex(i, j)];
     });
@@ -195,10 +195,43 @@ void PlaneCodec::assemble(const PlaneStep& step) {
     if (const int absent = absent_side(step); absent >= 0) fade_in_mirror(p_, absent);
 }
 
-std::size_t PlaneCodec::encode(const Raster& raster) {
-    read_heights(raster);
+// A diamond at the rim is coded with each order by itself: what is absent must be what that order predicts.
+EncodedResiduals PlaneCodec::encode_step(std::size_t k) {
+    RefinedHeights& out = slots_[static_cast<std::size_t>(plan_.steps[k].slot)];
+    scratch_.statistics = statistics_.get();
+    if (absent_side(plan_.steps[k]) < 0)
+        return kernel_.encode(p_, reference_of(k, Order::four), out, scratch_);
+    EncodedResiduals best;
+    RefinedHeights trial;
+    bool first = true;
+    for (const Order o : {Order::four, Order::six, Order::two}) {
+        const unsigned bit = 1u << static_cast<unsigned>(o);
+        if ((kernel_.choice().coding.orders & bit) == 0) continue;
+        EncodedResiduals e = kernel_.encode_with(bit, p_, reference_of(k, o), trial, scratch_);
+        if (!first && e.blob.size() >= best.blob.size()) continue;
+        best = std::move(e);
+        std::swap(out, trial);
+        first = false;
+    }
+    return best;
+}
+
+void PlaneCodec::encode_all() {
     blobs_.clear();
     zero_ = 0;
+    for (std::size_t k = 0; k < plan_.steps.size(); ++k) {
+        const PlaneStep& step = plan_.steps[k];
+        if (step.slot < 0) continue;
+        assemble(step);
+        const EncodedResiduals e = encode_step(k);
+        coded_[k] = {e.info, blobs_.size(), e.blob.size()};
+        blobs_.insert(blobs_.end(), e.blob.begin(), e.blob.end());
+        zero_ += e.blob.empty() ? 1 : 0;
+    }
+}
+
+std::size_t PlaneCodec::encode(const Raster& raster) {
+    read_heights(raster);
     if (kernel_.choice().mode != Mode::interpolating && plan_.k > 0) {
         filter_references();
     } else {
@@ -209,17 +242,14 @@ std::size_t PlaneCodec::encode(const Raster& raster) {
                 root[vertex(i, j)] = height_at(f.x / 2 + i * f.ux + j * f.vx, f.y / 2 + i * f.uy + j * f.vy);
         keep_root(root);
     }
-    for (std::size_t k = 0; k < plan_.steps.size(); ++k) {
-        const PlaneStep& step = plan_.steps[k];
-        if (step.slot < 0) continue;
-        assemble(step);
-        const RefinedHeights& reference = reference_of(k);
-        const EncodedResiduals e =
-            kernel_.encode(p_, reference, slots_[static_cast<std::size_t>(step.slot)], scratch_);
-        coded_[k] = {e.info, blobs_.size(), e.blob.size()};
-        blobs_.insert(blobs_.end(), e.blob.begin(), e.blob.end());
-        zero_ += e.blob.empty() ? 1 : 0;
+    if (kernel_.choice().fit_tables) {
+        count_tokens();
+        kernel_.set_tables(RangeTables::built_in());
+        encode_all();
+        kernel_.set_tables(RangeTables::fit(*statistics_));
+        statistics_.reset();
     }
+    encode_all();
     return blobs_.size() + kIndexBytes * plan_.refined + root_bytes_ + kernel_.table_bytes();
 }
 

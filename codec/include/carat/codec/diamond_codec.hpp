@@ -14,20 +14,25 @@
 #include <span>
 #include <vector>
 
+#include "carat/codec/coding.hpp"
 #include "carat/codec/heights.hpp"
 
 namespace carat {
+
+struct RangeScratch;
 
 enum class Mode : std::uint8_t { interpolating = 0, filtered = 1, paper = 2 };
 
 // How a blob is coded; one byte of a page's index.
 struct BlobInfo {
     Mode mode = Mode::interpolating;
-    int leaf_size = 2;  // gamma coder: 2 or 4
+    int leaf_size = 2;          // gamma coder: 2 or 4; range coder: 2
+    Order order = Order::four;  // of every prediction of the diamond
 
     std::uint8_t to_byte() const;
-    // Throws Error(corrupt) for a byte no version-1 writer makes.
+    // Throws Error(corrupt) for a byte no writer makes.
     static BlobInfo from_byte(std::uint8_t byte);
+    bool operator==(const BlobInfo&) const = default;
 };
 
 struct EncodedResiduals {
@@ -37,18 +42,28 @@ struct EncodedResiduals {
 
 // Work space of encoder and decoder, reused between calls; one per thread.
 struct CodecScratch {
-    std::vector<std::int32_t> prediction, indices_c, indices_v;
+    CodecScratch();
+    ~CodecScratch();
+    CodecScratch(CodecScratch&&) noexcept;
+    CodecScratch& operator=(CodecScratch&&) noexcept;
+
+    std::vector<std::int32_t> prediction, indices_c, indices_v, trial;
+    std::unique_ptr<RangeScratch> range;
+    RangeStatistics* statistics = nullptr;  // if set, the range encoder counts its tokens there
 };
 
 // Encodes a refinement: p (n x n, reconstructed), reference V and C. Writes what a decoder will reconstruct
 // to `out`. Every value of out is within `radius` quanta of the reference, border V excepted, which are p's.
-EncodedResiduals encode_residuals(Mode mode, std::span<const std::int32_t> p, const RefinedHeights& reference,
-                                  std::int32_t radius, RefinedHeights& out, CodecScratch& scratch);
+// Of the orders that `coding` allows the one with the shortest code is taken.
+EncodedResiduals encode_residuals(const Coding& coding, Mode mode, std::span<const std::int32_t> p,
+                                  const RefinedHeights& reference, std::int32_t radius, RefinedHeights& out,
+                                  CodecScratch& scratch);
 
 // Decodes; an empty blob means all residuals zero. Throws Error(corrupt|truncated) for bytes no encoder
 // makes.
-void decode_residuals(const BlobInfo& info, std::span<const std::byte> blob, std::span<const std::int32_t> p,
-                      int n, std::int32_t radius, RefinedHeights& out, CodecScratch& scratch);
+void decode_residuals(const Coding& coding, const BlobInfo& info, std::span<const std::byte> blob,
+                      std::span<const std::int32_t> p, int n, std::int32_t radius, RefinedHeights& out,
+                      CodecScratch& scratch);
 
 // Analysis of mode 1 and 2, fine to coarse: the reference P of a diamond from its reference V and C.
 // Interior: (V + pred(C)) / 2 rounded half up, held within +-kGreatestHeight; border: V.

@@ -24,7 +24,9 @@ struct RepositoryHeader {
     int log2_cells = 6;             // p: N = 2^p + 1
     double quantum = 0;             // metres a unit of height
     double tolerance = 0;           // metres: |reconstructed - source| at lattice points
-    std::string coder;              // "gamma"
+    double rms_tolerance = 0;       // metres: RMS of the same over the whole file; 0: not promised
+    std::string coder;              // "gamma" or "range"
+    bool fitted_tables = false;     // of the range coder, stored in the file
     double body_a = 0, body_b = 0;  // semi-axes, metres
     std::string body;               // "earth", "moon", "mars" or ""
     std::string vertical_datum;     // "ellipsoid", "egm96", ..., "unstated"

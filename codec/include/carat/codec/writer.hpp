@@ -1,4 +1,4 @@
-// Writing a .carat repository: docs/format.md version 1.
+// Writing a .carat repository: docs/format.md.
 #pragma once
 
 #include <array>
@@ -37,6 +37,8 @@ struct WriterSetup {
     Ellipsoid body = Ellipsoid::earth();
     std::string vertical_datum = "unstated";
     std::string provenance = "{}";    // JSON
+    Coding coding;                    // of every record's residuals; `orders` is not stored
+    double rms_tolerance = 0;         // metres; 0: not promised
     std::vector<std::int32_t> radii;  // radii[0]: root values; radii[l + 1]: residuals of diamonds of level l
 };
 

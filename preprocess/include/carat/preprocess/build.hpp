@@ -31,6 +31,7 @@ struct BuildOptions {
     std::string vertical_datum = "unstated";
     double base_height = 0;  // metres, where no layer has data
     Mode mode = Mode::interpolating;
+    Coding coding;  // coder, prediction orders and tables
     double depth_bias =
         0;  // levels added (or, if negative, left out): a level is a factor of sqrt(2) in spacing
     int max_level = 40;  // no diamond of this level or deeper is refined

@@ -68,6 +68,10 @@ class PlaneCodec {
     const PlanePlan& plan() const { return plan_; }
     // Codes the raster; returns the size in bytes.
     std::size_t encode(const Raster& raster);
+    // Tokens of the last encoding, if asked for before.
+    void count_tokens() { statistics_ = std::make_unique<RangeStatistics>(); }
+    const RangeStatistics& tokens() const { return *statistics_; }
+    void set_tables(std::shared_ptr<const RangeTables> tables) { kernel_.set_tables(std::move(tables)); }
     // Decodes all levels and writes the leaves into a raster of the same shape.
     void decode(Raster& out);
 
@@ -82,13 +86,15 @@ class PlaneCodec {
         std::size_t offset = 0, bytes = 0;
     };
 
+    void encode_all();
+    EncodedResiduals encode_step(std::size_t step);
     void read_heights(const Raster& raster);
     std::int32_t height_at(int x, int y) const;
     void keep_root(const std::vector<std::int32_t>& reference);
     void sample_reference(const PlaneStep& step, RefinedHeights& out) const;
     void filter_references();
     void pass_up(const PlaneStep& step, const std::vector<std::int32_t>& p);
-    const RefinedHeights& reference_of(std::size_t step);
+    const RefinedHeights& reference_of(std::size_t step, Order absent_order);
     void assemble(const PlaneStep& step);
     void store_leaf(const PlaneStep& step, Raster& out) const;
 
@@ -102,6 +108,7 @@ class PlaneCodec {
     std::vector<Coded> coded_;                // by step
     std::vector<std::byte> blobs_;
     CodecScratch scratch_;
+    std::unique_ptr<RangeStatistics> statistics_;
     PlaneCycles cycles_;
     std::size_t zero_ = 0, root_bytes_ = 0;
 };

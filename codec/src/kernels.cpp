@@ -1,0 +1,343 @@
+#include "kernels.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <type_traits>
+
+#include "range_model.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace carat::kernel::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// f(d, k) for k = begin, begin + Lanes(d), ...; the last vector may overlap the one before (f must give the
+// same again); below one vector, lane by lane.
+template <class F>
+HWY_INLINE void for_lanes(std::ptrdiff_t begin, std::ptrdiff_t end, F f) {
+    const hn::ScalableTag<std::int32_t> d;
+    const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+    std::ptrdiff_t k = begin;
+    for (; k + lanes <= end; k += lanes) f(d, k);
+    if (k == end) return;
+    if (end - begin >= lanes) {
+        f(d, end - lanes);
+        return;
+    }
+    const hn::CappedTag<std::int32_t, 1> one;
+    for (; k < end; ++k) f(one, k);
+}
+
+// A weighted sum of samples divided by 2^kBits with rounding half up, exact for all int32 samples and modulo
+// 2^32: floor((sum w x + 2^(kBits-1)) / 2^kBits) = sum w (x >> kBits) + ((sum w (x mod 2^kBits) +
+// 2^(kBits-1))
+// >> kBits), since the second sum is far from overflow and the first is wanted modulo 2^32 only.
+template <class D, int kBits>
+class Sum {
+  public:
+    using DU = hn::RebindToUnsigned<D>;
+    using V = hn::Vec<D>;
+    using VU = hn::Vec<DU>;
+    explicit Sum(D d) : d_(d), mask_(hn::Set(d, (1 << kBits) - 1)) {}
+
+    struct Parts {
+        VU high;
+        V low;
+    };
+    HWY_INLINE Parts at(const std::int32_t* p) const {
+        const V x = hn::LoadU(d_, p);
+        return {hn::BitCast(DU(), hn::ShiftRight<kBits>(x)), hn::And(x, mask_)};
+    }
+    template <class... P>
+    HWY_INLINE Parts of(const std::int32_t* first, P... rest) const {
+        Parts sum = at(first);
+        (add(sum, at(rest)), ...);
+        return sum;
+    }
+    HWY_INLINE static void add(Parts& a, const Parts& b) {
+        a.high = hn::Add(a.high, b.high);
+        a.low = hn::Add(a.low, b.low);
+    }
+    HWY_INLINE void add_times(Parts& a, std::int32_t w, const Parts& b) const {
+        a.high = hn::Add(a.high, hn::Mul(b.high, hn::Set(DU(), static_cast<std::uint32_t>(w))));
+        a.low = hn::Add(a.low, hn::Mul(b.low, hn::Set(d_, w)));
+    }
+    HWY_INLINE Parts zero() const { return {hn::Zero(DU()), hn::Zero(d_)}; }
+    HWY_INLINE V divided(const Parts& a) const {
+        const V low = hn::ShiftRight<kBits>(hn::Add(a.low, hn::Set(d_, 1 << (kBits - 1))));
+        return hn::BitCast(d_, hn::Add(a.high, hn::BitCast(DU(), low)));
+    }
+
+  private:
+    D d_;
+    V mask_;
+};
+
+HWY_INLINE void mean_row(const std::int32_t* a, const std::int32_t* b, int cells, std::int32_t* out) {
+    for_lanes(0, cells, [&](auto d, std::ptrdiff_t j) {
+        const Sum<decltype(d), 2> s(d);
+        hn::StoreU(s.divided(s.of(a + j, a + j + 1, b + j, b + j + 1)), d, out + j);
+    });
+}
+
+// Rows i-1 .. i+2 of cell row i.
+HWY_INLINE void order4_row(const std::int32_t* r1, std::ptrdiff_t m, std::int32_t* out) {
+    const std::int32_t *r0 = r1 - m, *r2 = r1 + m, *r3 = r2 + m;
+    for_lanes(1, m - 2, [&](auto d, std::ptrdiff_t j) {
+        const Sum<decltype(d), 5> s(d);
+        auto sum = s.zero();
+        s.add_times(sum, 10, s.of(r1 + j, r1 + j + 1, r2 + j, r2 + j + 1));
+        s.add_times(
+            sum, -1,
+            s.of(r0 + j, r0 + j + 1, r3 + j, r3 + j + 1, r1 + j - 1, r1 + j + 2, r2 + j - 1, r2 + j + 2));
+        hn::StoreU(s.divided(sum), d, out + j);
+    });
+}
+
+HWY_INLINE void order6_row(const std::int32_t* r1, std::ptrdiff_t m, std::int32_t* out) {
+    const std::int32_t *r0 = r1 - m, *rz = r0 - m, *r2 = r1 + m, *r3 = r2 + m, *r4 = r3 + m;
+    for_lanes(2, m - 3, [&](auto d, std::ptrdiff_t j) {
+        const Sum<decltype(d), 9> s(d);
+        auto sum = s.zero();
+        s.add_times(sum, 174, s.of(r1 + j, r1 + j + 1, r2 + j, r2 + j + 1));
+        s.add_times(
+            sum, -27,
+            s.of(r0 + j, r0 + j + 1, r3 + j, r3 + j + 1, r1 + j - 1, r1 + j + 2, r2 + j - 1, r2 + j + 2));
+        s.add_times(sum, 2, s.of(r0 + j - 1, r0 + j + 2, r3 + j - 1, r3 + j + 2));
+        s.add_times(
+            sum, 3,
+            s.of(rz + j, rz + j + 1, r4 + j, r4 + j + 1, r1 + j - 2, r1 + j + 3, r2 + j - 2, r2 + j + 3));
+        hn::StoreU(s.divided(sum), d, out + j);
+    });
+}
+
+// Border cells of orders 4 and 6: two rows a and b along the border, samples `step` apart.
+HWY_INLINE std::int32_t one_sided(const std::int32_t* a, const std::int32_t* b, std::ptrdiff_t step) {
+    const std::int64_t inner = std::int64_t{a[0]} + a[step] + b[0] + b[step];
+    const std::int64_t outer = std::int64_t{a[-step]} + a[2 * step] + b[-step] + b[2 * step];
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>((9 * inner - outer + 16) >> 5));
+}
+HWY_INLINE void border_row(const std::int32_t* a, const std::int32_t* b, std::ptrdiff_t m,
+                           std::int32_t* out) {
+    mean_row(a, b, 1, out);
+    mean_row(a + m - 2, b + m - 2, 1, out + m - 2);
+    for_lanes(1, m - 2, [&](auto d, std::ptrdiff_t j) {
+        const Sum<decltype(d), 5> s(d);
+        auto sum = s.zero();
+        s.add_times(sum, 9, s.of(a + j, a + j + 1, b + j, b + j + 1));
+        s.add_times(sum, -1, s.of(a + j - 1, a + j + 2, b + j - 1, b + j + 2));
+        hn::StoreU(s.divided(sum), d, out + j);
+    });
+}
+
+void Predict(const std::int32_t* in, int m, Order order, std::int32_t* out) {
+    const std::ptrdiff_t width = m, cells = m - 1, last = m - 2;
+    if (order == Order::two) {
+        for (std::ptrdiff_t i = 0; i < cells; ++i)
+            mean_row(in + i * width, in + (i + 1) * width, m - 1, out + i * cells);
+        return;
+    }
+    border_row(in, in + width, width, out);
+    border_row(in + last * width, in + (last + 1) * width, width, out + last * cells);
+    for (std::ptrdiff_t i = 1; i < last; ++i) {
+        const std::int32_t* row = in + i * width;
+        std::int32_t* to = out + i * cells;
+        to[0] = one_sided(row, row + 1, width);
+        to[last] = one_sided(row + last, row + last + 1, width);
+        order4_row(row, width, to);
+        if (order == Order::six && i >= 2 && i < last - 1) order6_row(row, width, to);
+    }
+}
+
+constexpr std::uint32_t kMostDifference = 1u << 23;
+
+// min(|x| >> shift, 2^23) of x, a difference modulo 2^32.
+template <class DU>
+HWY_INLINE hn::Vec<DU> magnitude(DU du, hn::Vec<DU> x, int shift) {
+    const hn::RebindToSigned<DU> d;
+    const auto u = hn::BitCast(du, hn::Abs(hn::BitCast(d, x)));  // 2^31 for the least int32
+    return hn::Min(hn::ShiftRightSame(u, shift), hn::Set(du, kMostDifference));
+}
+
+template <class DU>
+HWY_INLINE hn::Vec<DU> load_unsigned(DU du, const std::int32_t* p) {
+    return hn::BitCast(du, hn::LoadU(hn::RebindToSigned<DU>(), p));
+}
+
+// |second differences| of vertex row i, into the row of the padded matrix.
+HWY_INLINE void vertex_row(const std::int32_t* in, std::ptrdiff_t m, std::ptrdiff_t i, int shift,
+                           std::uint32_t* out) {
+    const std::int32_t* row = in + i * m;
+    const std::int32_t* middle = in + std::clamp<std::ptrdiff_t>(i, 1, m - 2) * m;
+    const auto store = [&](auto d, std::ptrdiff_t j, const std::int32_t* centre) {
+        const hn::RebindToUnsigned<decltype(d)> du;
+        const auto second = [&](const std::int32_t* p, std::ptrdiff_t step) {
+            const auto sides = hn::Add(load_unsigned(du, p - step), load_unsigned(du, p + step));
+            return magnitude(du, hn::Sub(sides, hn::ShiftLeft<1>(load_unsigned(du, p))), shift);
+        };
+        hn::StoreU(hn::Add(second(centre, 1), second(middle + j, m)), du, out + j);
+    };
+    const hn::CappedTag<std::int32_t, 1> one;
+    store(one, 0, row + 1);
+    store(one, m - 1, row + m - 2);
+    for_lanes(1, m - 1, [&](auto d, std::ptrdiff_t j) { store(d, j, row + j); });
+    out[-1] = out[0];
+    out[m] = out[m - 1];
+}
+
+// 1 2 2 1 along a padded row: out[j] belongs to cell column j.
+HWY_INLINE void weigh_row(const std::uint32_t* in, std::ptrdiff_t cells, std::uint32_t* out) {
+    for_lanes(0, cells, [&](auto ds, std::ptrdiff_t j) {
+        const hn::RebindToUnsigned<decltype(ds)> d;
+        const auto outer = hn::Add(hn::LoadU(d, in + j - 1), hn::LoadU(d, in + j + 2));
+        const auto inner = hn::Add(hn::LoadU(d, in + j), hn::LoadU(d, in + j + 1));
+        hn::StoreU(hn::Add(outer, hn::ShiftLeft<1>(inner)), d, out + j);
+    });
+}
+
+void CellActivity(const std::int32_t* in, int size, const ActivityScale& scale, ActivityScratch& scratch,
+                  std::uint32_t* out) {
+    const std::ptrdiff_t m = size, cells = m - 1, stride = m + 2;
+    scratch.vertices.resize(static_cast<std::size_t>(m * stride));
+    scratch.rows.resize(static_cast<std::size_t>((m + 2) * cells));
+    // rows: cell columns of vertex rows -1 .. m
+    for (std::ptrdiff_t i = 0; i < m; ++i) {
+        std::uint32_t* vertices = scratch.vertices.data() + i * stride + 1;
+        vertex_row(in, m, i, scale.shift, vertices);
+        weigh_row(vertices, cells, scratch.rows.data() + (i + 1) * cells);
+    }
+    std::uint32_t* rows = scratch.rows.data();
+    std::copy(rows + cells, rows + 2 * cells, rows);
+    std::copy(rows + m * cells, rows + (m + 1) * cells, rows + (m + 1) * cells);
+    for (std::ptrdiff_t i = 0; i < cells; ++i)
+        for_lanes(0, cells, [&](auto ds, std::ptrdiff_t j) {
+            const hn::RebindToUnsigned<decltype(ds)> d;
+            const std::uint32_t* r = rows + i * cells + j;
+            const std::int32_t *a = in + i * m + j, *b = a + m;
+            const auto outer = hn::Add(hn::LoadU(d, r), hn::LoadU(d, r + 3 * cells));
+            const auto inner = hn::Add(hn::LoadU(d, r + cells), hn::LoadU(d, r + 2 * cells));
+            const auto twist = hn::Sub(hn::Add(load_unsigned(d, a), load_unsigned(d, b + 1)),
+                                       hn::Add(load_unsigned(d, a + 1), load_unsigned(d, b)));
+            const auto sum = hn::Add(hn::Add(outer, hn::ShiftLeft<1>(inner)),
+                                     hn::ShiftLeft<3>(magnitude(d, twist, scale.shift)));
+            hn::StoreU(hn::Add(sum, hn::Set(d, 24 * scale.step)), d, out + i * cells + j);
+        });
+}
+
+template <bool kNeighbours>
+HWY_INLINE void contexts_of(const std::uint32_t* activity, const std::uint8_t* neighbours,
+                            std::uint32_t weight, std::size_t count, int bias, std::uint8_t* out) {
+    for_lanes(0, static_cast<std::ptrdiff_t>(count), [&](auto d, std::ptrdiff_t k) {
+        const hn::RebindToUnsigned<decltype(d)> du;
+        const hn::Rebind<std::uint8_t, decltype(d)> d8;
+        auto u = hn::BitCast(d, hn::LoadU(du, activity + k));
+        if constexpr (kNeighbours) {
+            const auto near = hn::PromoteTo(d, hn::LoadU(d8, neighbours + k));
+            u = hn::Add(u, hn::Mul(near, hn::Set(d, static_cast<std::int32_t>(weight))));
+        }
+        // e = floor(log2 u) - 3 by halving, u >= 16
+        auto v = hn::ShiftRight<3>(u);
+        auto e = hn::Zero(d);
+        const auto halve = [&](auto shift) {
+            constexpr int kShift = decltype(shift)::value;
+            const auto big = hn::Gt(v, hn::Set(d, (1 << kShift) - 1));
+            e = hn::Add(e, hn::IfThenElseZero(big, hn::Set(d, kShift)));
+            v = hn::IfThenElse(big, hn::ShiftRight<kShift>(v), v);
+        };
+        halve(std::integral_constant<int, 16>{});
+        halve(std::integral_constant<int, 8>{});
+        halve(std::integral_constant<int, 4>{});
+        halve(std::integral_constant<int, 2>{});
+        halve(std::integral_constant<int, 1>{});
+        // 8 log2 = 8 (e + 3) + the three bits below the highest = 8 e + (u >> e) + 16
+        const auto log = hn::Add(hn::ShiftLeft<3>(e), hn::Shr(u, e));
+        const auto context = hn::ShiftRight<1>(hn::Add(log, hn::Set(d, bias + 16)));
+        const auto held = hn::Min(hn::Max(context, hn::Zero(d)), hn::Set(d, kPassContexts - 1));
+        hn::StoreU(hn::DemoteTo(d8, held), d8, out + k);
+    });
+}
+
+void Contexts(const std::uint32_t* activity, const std::uint8_t* neighbours, std::uint32_t weight,
+              std::size_t count, int bias, std::uint8_t* out) {
+    if (neighbours == nullptr)
+        contexts_of<false>(activity, nullptr, 0, count, bias, out);
+    else
+        contexts_of<true>(activity, neighbours, weight, count, bias, out);
+}
+
+void Reconstruct(const std::int32_t* prediction, const std::int32_t* index, std::size_t count,
+                 std::int32_t step, std::int32_t* value) {
+    for_lanes(0, static_cast<std::ptrdiff_t>(count), [&](auto d, std::ptrdiff_t k) {
+        const hn::RebindToUnsigned<decltype(d)> du;
+        const auto residual =
+            hn::Mul(load_unsigned(du, index + k), hn::Set(du, static_cast<std::uint32_t>(step)));
+        hn::StoreU(hn::BitCast(d, hn::Add(load_unsigned(du, prediction + k), residual)), d, value + k);
+    });
+}
+
+// An estimate by a double reciprocal is at most one off; the remainder mends it.
+bool Quantize(const std::int32_t* target, const std::int32_t* prediction, std::size_t count,
+              std::int32_t radius, std::int32_t* index) {
+    const std::int64_t step = 2 * std::int64_t{radius} + 1;
+    const double inverse = 1.0 / static_cast<double>(step);
+    std::int32_t any = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+        const auto r = static_cast<std::int32_t>(static_cast<std::uint32_t>(target[k]) -
+                                                 static_cast<std::uint32_t>(prediction[k]));
+        const auto guess = static_cast<std::int32_t>(static_cast<double>(r) * inverse);
+        const std::int64_t rest = r - guess * step;
+        const std::int32_t e = guess + (rest > radius ? 1 : 0) - (rest < -std::int64_t{radius} ? 1 : 0);
+        index[k] = e;
+        any |= e;
+    }
+    return any != 0;
+}
+
+}  // namespace carat::kernel::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace carat {
+
+ActivityScale::ActivityScale(std::int32_t radius) {
+    const std::uint32_t s = 2 * static_cast<std::uint32_t>(radius) + 1;
+    shift = std::max(0, static_cast<int>(std::bit_width(s)) - 12);
+    step = s >> shift;
+}
+
+namespace kernel {
+
+HWY_EXPORT(Predict);
+HWY_EXPORT(CellActivity);
+HWY_EXPORT(Contexts);
+HWY_EXPORT(Reconstruct);
+HWY_EXPORT(Quantize);
+
+void predict(const std::int32_t* in, int m, Order order, std::int32_t* out) {
+    HWY_DYNAMIC_DISPATCH(Predict)(in, m, order, out);
+}
+void cell_activity(const std::int32_t* in, int m, const ActivityScale& scale, ActivityScratch& scratch,
+                   std::uint32_t* out) {
+    HWY_DYNAMIC_DISPATCH(CellActivity)(in, m, scale, scratch, out);
+}
+void contexts(const std::uint32_t* activity, const std::uint8_t* neighbours, std::uint32_t weight,
+              std::size_t count, int bias, std::uint8_t* out) {
+    HWY_DYNAMIC_DISPATCH(Contexts)(activity, neighbours, weight, count, bias, out);
+}
+void reconstruct(const std::int32_t* prediction, const std::int32_t* index, std::size_t count,
+                 std::int32_t step, std::int32_t* value) {
+    HWY_DYNAMIC_DISPATCH(Reconstruct)(prediction, index, count, step, value);
+}
+bool quantize(const std::int32_t* target, const std::int32_t* prediction, std::size_t count,
+              std::int32_t radius, std::int32_t* index) {
+    return HWY_DYNAMIC_DISPATCH(Quantize)(target, prediction, count, radius, index);
+}
+
+}  // namespace kernel
+}  // namespace carat
+#endif  // HWY_ONCE

@@ -1,0 +1,50 @@
+// The range coder: tokens of a matrix of residual indices by static-context rANS (Duda 2013), interleaved
+// over 1 to 8 states. docs/format.md, "Range code".
+//
+// Cells are coded in two passes, like the colours of a chess board: those with i + j even in contexts of the
+// activity of the matrix that predicts them, then the others with their neighbours' indices besides. So all
+// contexts of a pass are known before it, and nothing depends on the symbol before. Everything but the states
+// themselves is computed for whole rows at once.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "carat/codec/coding.hpp"
+#include "kernels.hpp"
+#include "range_model.hpp"
+
+namespace carat {
+
+// What contexts are made of, known to encoder and decoder before the indices: `known` is the m x m matrix
+// that predicts, rows <= m - 1 the side of the matrix of indices.
+struct RangeInput {
+    const std::int32_t* known;
+    int m, rows;
+    std::int32_t radius;  // quantiser's
+};
+
+// Reused between calls; one per thread.
+struct RangeScratch {
+    ActivityScratch activity_scratch;
+    std::vector<std::uint32_t> activity;        // (m-1) x (m-1)
+    std::vector<std::uint8_t> context, token;   // rows x rows
+    std::vector<std::uint8_t> magnitude, near;  // (rows + 2) x (rows + 2) with a rim of 0; rows x rows
+    std::vector<std::uint8_t> pass_context, pass_token;  // in coding order
+    std::vector<std::uint8_t> raw;                       // payload of the states, raw bits, padding
+    std::vector<std::uint16_t> words;
+};
+
+// Appends the coded matrix (rows x rows). Counts tokens into `statistics` if not null.
+void range_encode(const RangeTables::Model& model, const RangeInput& input,
+                  std::span<const std::int32_t> index, RangeScratch& scratch, RangeStatistics* statistics,
+                  std::vector<std::byte>& out);
+// An estimate of the size of what range_encode would append, in bits; a sample of the rows.
+double range_cost(const RangeTables::Model& model, const RangeInput& input,
+                  std::span<const std::int32_t> index, RangeScratch& scratch);
+// bytes: all that range_encode appended. Throws Error(corrupt|truncated).
+void range_decode(const RangeTables::Model& model, const RangeInput& input, std::span<const std::byte> bytes,
+                  RangeScratch& scratch, std::span<std::int32_t> index);
+
+}  // namespace carat
