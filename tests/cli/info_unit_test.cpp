@@ -70,7 +70,7 @@ TEST_F(Info, AnUnstatedDatumIsSaidPlainly) {
 
 TEST_F(Info, TextShowsWhatJsonShows) {
     const std::string text = carat("info hills.carat").out;
-    for (const char* word : {"tolerance", "quantum", "coder", "gamma", "level", "residual bytes",
+    for (const char* word : {"tolerance", "quantum", "coder", "range", "level", "residual bytes",
                              "provenance", "hills.tif", "earth", "bits a source sample"})
         EXPECT_TRUE(contains(text, word)) << word;
 }

@@ -63,6 +63,7 @@ ColorRow carat_row(const Rgb& image, Mode mode, const ComponentTolerances& t, bo
     for (std::size_t c = 0; c < 3; ++c) {
         KernelChoice choice;
         choice.mode = mode;
+        choice.coding = Coding{};
         PlaneCodec codec(components[c], choice, tolerance[c]);
         encode_time += seconds([&] { row.bytes += codec.encode(components[c]); });
         if (decode) decode_time += seconds([&] { codec.decode(decoded[c]); });

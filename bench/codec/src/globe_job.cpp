@@ -59,7 +59,7 @@ void write_crop(const std::string& file, const Crop& c, const std::string& vrt) 
 }  // namespace
 
 const std::vector<std::string>& globe_coders() {
-    static const std::vector<std::string> all = {"gamma"};
+    static const std::vector<std::string> all = {"range", "gamma"};
     return all;
 }
 
@@ -78,7 +78,9 @@ GlobeRow bench_globe(const std::string& file, const std::optional<Crop>& crop, c
     options.body = body;
     options.threads = 1;
     options.output = scratch.file("globe.carat");
-    if (coder != "gamma") throw Error(ErrorCode::usage, "there is no coder '" + coder + "'");
+    if (coder != "gamma" && coder != "range")
+        throw Error(ErrorCode::usage, "there is no coder '" + coder + "'");
+    options.coding = coder == "gamma" ? Coding::gamma() : Coding{};
     const BuildReport r = build_repository(options, progress);
     GlobeRow row;
     row.coder = coder;
