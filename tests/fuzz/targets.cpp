@@ -53,14 +53,16 @@ std::vector<std::int32_t> vertices(int n, std::uint32_t seed) {
     return p;
 }
 
-}  // namespace
+// Sides of matrices: small ones are quick and reach nearly everything.
+constexpr int kSides[] = {5, 5, 5, 9, 9, 9, 17, 17, 5, 9, 5, 9, 17, 33, 33, 65};
 
-void gamma_blob(std::span<const std::byte> input) {
+// 8 bytes of settings, then a blob: see targets.hpp.
+void blob(const Coding& coding, std::span<const std::byte> input) {
     if (input.size() < 8) return;
-    const BlobInfo info{static_cast<Mode>(number(input, 0) % 3), (number(input, 0) & 4) != 0 ? 4 : 2,
+    const int leaf = coding.coder == CoderId::gamma && (number(input, 0) & 4) != 0 ? 4 : 2;
+    const BlobInfo info{static_cast<Mode>(number(input, 0) % 3), leaf,
                         static_cast<Order>((number(input, 0) >> 3) % kOrders)};
-    const Coding coding = Coding::gamma();
-    const int n = (1 << (2 + number(input, 1) % 5)) + 1;
+    const int n = kSides[number(input, 1) % 16];
     std::uint32_t raw_radius = 0;
     std::memcpy(&raw_radius, input.data() + 2, 4);
     const auto radius = static_cast<std::int32_t>(raw_radius % ((1u << 29) + 1));
@@ -72,6 +74,24 @@ void gamma_blob(std::span<const std::byte> input) {
     const EncodedResiduals e = encode_residuals(coding, info.mode, p, decoded, radius, encoded, scratch);
     decode_residuals(coding, e.info, e.blob, p, n, radius, again, scratch);
     if (again.v != encoded.v || again.c != encoded.c) broken("decoding repeats encoding");
+}
+
+}  // namespace
+
+void gamma_blob(std::span<const std::byte> input) { blob(Coding::gamma(), input); }
+
+void range_blob(std::span<const std::byte> input) {
+    static const Coding coding;
+    blob(coding, input);
+}
+
+void tables(std::span<const std::byte> input) {
+    accepted([&] {
+        const auto parsed = RangeTables::parse(input);
+        const Bytes written = parsed->bytes();
+        if (RangeTables::parse(written)->bytes() != written)
+            broken("tables that are read are written the same");
+    });
 }
 
 void header(std::span<const std::byte> input) {

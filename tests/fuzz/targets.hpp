@@ -13,6 +13,10 @@ using Target = void (*)(std::span<const std::byte> input);
 // Blob of one diamond: 8 bytes of settings (mode, leaf size, N, radius, seed of P), then the blob. What
 // decodes must encode and decode again to the same heights.
 void gamma_blob(std::span<const std::byte> input);
+// The same for the range coder, with the built-in tables.
+void range_blob(std::span<const std::byte> input);
+// Tables of the range coder, as they stand in a header.
+void tables(std::span<const std::byte> input);
 // A header; its checksum is made right first.
 void header(std::span<const std::byte> input);
 // A part of a page: 1 byte for the page's key, 1 for the first slot, then the part; its checksum is made
@@ -29,6 +33,8 @@ struct NamedTarget {
     Target run;
 };
 inline constexpr NamedTarget kTargets[] = {{"gamma_blob", gamma_blob},
+                                           {"range_blob", range_blob},
+                                           {"tables", tables},
                                            {"header", header},
                                            {"page", page},
                                            {"directory", directory},
