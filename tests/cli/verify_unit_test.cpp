@@ -118,6 +118,7 @@ class VerifyFile : public testing::Test {
             records.push_back({d, b.residuals.at(d), {b.summary.at({d, 0}), b.summary.at({d, 1})}});
         change(records);
         WriterSetup setup;
+        setup.coding = b.plan.coding;
         setup.log2_cells = b.plan.log2_cells;
         setup.quantum = b.plan.quantum;
         setup.tolerance = b.plan.tolerance;

@@ -10,7 +10,8 @@ mkdir -p "$work_dir"
 cd "$work_dir"
 
 read -ra libraries <<<"$(pkg-config --cflags --libs libxxhash geographiclib libhwy)"
-common=(-std=c++20 -ffp-contract=off -I"$source_dir/globe/include" -I"$source_dir/codec/include" -I"$source_dir/codec/src")
+# Highway 1.0 wants to be asked before it dispatches to what -march=native may make the baseline.
+common=(-DHWY_WANT_AVX3_DL=1 -std=c++20 -ffp-contract=off -I"$source_dir/globe/include" -I"$source_dir/codec/include" -I"$source_dir/codec/src")
 sources=("$source_dir"/globe/src/*.cpp "$source_dir"/codec/src/*.cpp "$source_dir"/tests/codec/walk.cpp
     "$source_dir"/tests/codec/golden_hash.cpp)
 
