@@ -41,14 +41,18 @@ data: samples lie as close as those of the source that gives the height there, a
 alone gives the height at its place is within M of the surface, M being above the tolerance. If --max-level stops that, the
 file is written without a certificate, the worst places are listed and the exit status is 3.
 
-The file appears under its name only when it is complete. SIZE: a number and K, M, G or T.
+The file appears under its name only when it is complete. Work done lies in temporary files: after a crash, a kill or
+Ctrl-C the same command with --resume goes on, and the bytes are the same as if nothing had happened; without --resume
+what was left is thrown away. The bytes depend on inputs and options alone, not on --threads or --memory. SIZE: a number
+and K, M, G or T.
 
 Examples:
   carat build --layer world.tif --tolerance 4 -o earth.carat
   carat build --layer alps1.tif,alps2.tif --nodata -9999 --layer world.tif --tolerance 1 -o earth.carat
   carat build --layer dem.tif --geoid egm96-15.pgm --vertical-datum ellipsoid --tolerance 0.5 -o site.carat
   carat build --layer mola.tif --body mars --vertical-datum areoid --tolerance 2 -o mars.carat
-  carat build --layer dem.tif --tolerance 1 --dry-run -o earth.carat)";
+  carat build --layer dem.tif --tolerance 1 --dry-run -o earth.carat
+  carat build --layer tiles.vrt --tolerance 1 --memory 2G --temp /scratch --resume -o earth.carat)";
 
 void add_layer_options(CLI::App& sub, LayerArguments& layers, std::string& order) {
     const char* group = "Layers (options after a --layer apply to it)";
@@ -112,12 +116,19 @@ void add_run_options(CLI::App& sub, Options& o) {
         ->type_name("N")
         ->check(between(1, 1024))
         ->group(group);
-    add_value(sub, "--memory", "SIZE", "For decoded source blocks (default 1G)",
+    add_value(sub, "--memory", "SIZE",
+              "Most resident memory, at least 256M (default: a quarter of the machine's)",
               [&b](const std::string& text) { b.memory_bytes = parse_size(text); })
         ->group(group);
     add_value(sub, "--certify", "METRES",
               "Refine until every source sample outside feathered zones is this near, and say so in the file",
               [&b](const std::string& text) { b.certify = parse_number(text); })
+        ->group(group);
+    add_value(sub, "--temp", "DIR", "Folder for temporary files (default: OUT.carat.build beside the output)",
+              [&b](const std::string& text) { b.temp = text; })
+        ->group(group);
+    sub.add_flag("--resume", b.resume,
+                 "Go on with what a killed or interrupted build with the same inputs and options left")
         ->group(group);
     sub.add_flag("--measure,!--no-measure", b.measure,
                  "Compare the result with every source sample and record the errors (default yes)")
@@ -153,7 +164,13 @@ int run(Options o, const Globals& globals) {
         print_plan(plan, o.build, o.json);
         return kSuccess;
     }
-    const BuildReport report = build_repository(o.build, show);
+    const auto announce = [&](const BuildPlan& plan) {
+        if (globals.quiet) return;
+        progress.finish();
+        fmt::print(stderr, "carat: at most {} of temporary files in {}\n", bytes_text(plan.temporary_bytes),
+                   plan.temporary_folder.string());
+    };
+    const BuildReport report = build_repository(o.build, show, announce);
     progress.finish();
     warn(report.plan);
     if (o.json || !globals.quiet) print_report(report, o.build, o.json);

@@ -52,7 +52,9 @@ Json to_json(const BuildPlan& plan, const BuildOptions& o) {
             {"refined_by_level", plan.refined_by_level},
             {"refined_diamonds", plan.refined},
             {"leaf_samples", plan.leaf_samples},
-            {"source_samples", plan.source_samples}};
+            {"source_samples", plan.source_samples},
+            {"temporary_bytes", plan.temporary_bytes},
+            {"temporary_folder", plan.temporary_folder.string()}};
 }
 
 Json to_json(const Certification& c) {
@@ -75,6 +77,9 @@ Json to_json(const BuildReport& r, const BuildOptions& o) {
             8.0 * static_cast<double>(r.file_bytes) / static_cast<double>(r.plan.source_samples);
     json["coded_diamonds"] = r.coded_diamonds;
     json["zero_diamonds"] = r.zero_diamonds;
+    json["temporary_peak_bytes"] = r.temporary_peak_bytes;
+    json["peak_memory_bytes"] = r.peak_memory_bytes;
+    json["resumed_files"] = r.resumed_files;
     json["max_error_m"] = r.max_error;
     json["rms_error_m"] = r.rms_error;
     if (r.certification) json["certification"] = to_json(*r.certification);
@@ -145,7 +150,9 @@ void print_report(const BuildReport& r, const BuildOptions& options, bool json) 
     if (r.plan.source_samples > 0)
         fmt::print(", {:.3f} bits a source sample",
                    8.0 * static_cast<double>(r.file_bytes) / static_cast<double>(r.plan.source_samples));
-    fmt::print("\ntime     {}:", duration(r.seconds));
+    fmt::print("\nmemory   at most {} resident, {} of temporary files\n", bytes_text(r.peak_memory_bytes),
+               bytes_text(r.temporary_peak_bytes));
+    fmt::print("time     {}:", duration(r.seconds));
     for (const auto& [stage, seconds] : r.stage_seconds)
         fmt::print(" {} {}", to_string(stage), duration(seconds));
     fmt::print("\n");

@@ -1,6 +1,7 @@
 #include "carat/codec/summary.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cstdlib>
 
@@ -18,18 +19,33 @@ int eighths(const LatticeVector& offset, const LatticeVector& axis) {
     return static_cast<int>(numerator / denominator);
 }
 
-// 8 times the height of the coarse surface at index position (x, y)/8.
+// How much of p10 + p01 - p00 - p11 the 4-8 triangles of a cell add at (fx, fy)/8 to the plane through p00,
+// p01 and p11: the diagonal of the cell runs from p00 to p11 (main) or from p10 to p01.
+struct DiagonalShare {
+    std::array<std::array<std::array<std::int8_t, kOne + 1>, kOne + 1>, 2> of{};  // [anti][fx][fy]
+
+    constexpr DiagonalShare() {
+        for (int fx = 0; fx <= kOne; ++fx)
+            for (int fy = 0; fy <= kOne; ++fy) {
+                of[0][static_cast<std::size_t>(fx)][static_cast<std::size_t>(fy)] =
+                    static_cast<std::int8_t>(fx > fy ? fx - fy : 0);
+                of[1][static_cast<std::size_t>(fx)][static_cast<std::size_t>(fy)] =
+                    static_cast<std::int8_t>(fx < kOne - fy ? fx : kOne - fy);
+            }
+    }
+};
+constexpr DiagonalShare kShare;
+
+// 8 times the height of the coarse surface at index position (x, y)/8. Without branches: which triangle a
+// place lies in is hard to foresee.
 std::int64_t interpolate(const std::int32_t* p, int n, int x, int y) {
     const int i = std::min(x / kOne, n - 2), j = std::min(y / kOne, n - 2);
-    const int fx = x - i * kOne, fy = y - j * kOne;
+    const auto fx = static_cast<std::size_t>(x - i * kOne), fy = static_cast<std::size_t>(y - j * kOne);
     const std::int32_t* at = p + static_cast<std::ptrdiff_t>(i) * n + j;
     const std::int64_t p00 = at[0], p01 = at[1], p10 = at[n], p11 = at[n + 1];
-    if (((i ^ j) & 1) == 0) {
-        if (fx >= fy) return (kOne - fx) * p00 + (fx - fy) * p10 + fy * p11;
-        return (kOne - fy) * p00 + fx * p11 + (fy - fx) * p01;
-    }
-    if (fx + fy <= kOne) return (kOne - fx - fy) * p00 + fx * p10 + fy * p01;
-    return (kOne - fy) * p10 + (fx + fy - kOne) * p11 + (kOne - fx) * p01;
+    const std::int64_t share = kShare.of[static_cast<std::size_t>((i ^ j) & 1)][fx][fy];
+    return kOne * p00 + static_cast<std::int64_t>(fy) * (p01 - p00) +
+           static_cast<std::int64_t>(fx) * (p11 - p01) + share * (p10 + p01 - p00 - p11);
 }
 
 }  // namespace
@@ -42,15 +58,23 @@ HeightRange height_range(const std::int32_t* p, int n, int side) {
             r.min = std::min(r.min, h);
             r.max = std::max(r.max, h);
         }
-    for (int i = 0; i + 1 < n; ++i)
-        for (int j = side == 0 ? 0 : i; j < (side == 0 ? i + 1 : n - 1); ++j) {
-            const std::int32_t a = p[i * n + j], d = p[(i + 1) * n + j + 1];
-            // The far corner of a cell on the longest edge belongs to the other half.
-            const std::int32_t down = side == 0 || i != j ? p[(i + 1) * n + j] : a;
-            const std::int32_t right = side == 1 || i != j ? p[i * n + j + 1] : a;
-            const auto [low, high] = std::minmax({a, down, right, d});
-            r.cell_range = std::max(r.cell_range, std::int64_t{high} - low);
+    std::uint32_t widest = 0;
+    for (int i = 0; i + 1 < n; ++i) {
+        const std::int32_t *row = p + static_cast<std::ptrdiff_t>(i) * n, *below = row + n;
+        // The far corner of a cell on the longest edge belongs to the other half.
+        const std::int32_t corner = side == 0 ? below[i] : row[i + 1];
+        const std::int32_t low = std::min({row[i], corner, below[i + 1]});
+        const std::int32_t high = std::max({row[i], corner, below[i + 1]});
+        widest = std::max(widest, static_cast<std::uint32_t>(high) - static_cast<std::uint32_t>(low));
+        for (int j = side == 0 ? 0 : i + 1; j < (side == 0 ? i : n - 1); ++j) {
+            const std::int32_t least =
+                std::min(std::min(row[j], row[j + 1]), std::min(below[j], below[j + 1]));
+            const std::int32_t most =
+                std::max(std::max(row[j], row[j + 1]), std::max(below[j], below[j + 1]));
+            widest = std::max(widest, static_cast<std::uint32_t>(most) - static_cast<std::uint32_t>(least));
         }
+    }
+    r.cell_range = widest;
     return r;
 }
 

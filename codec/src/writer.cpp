@@ -15,13 +15,20 @@
 namespace carat {
 namespace {
 
+// A diamond of a page.
+struct PageEntry {
+    int slot = 0;
+    std::uint32_t index = 0;  // of the entry that the writer was given
+    const DiamondEntry* entry = nullptr;
+};
+
 // The diamonds of one page, in slot order.
 struct PageContents {
     PageKey key;
-    std::vector<PageDiamond> diamonds;
+    std::vector<PageEntry> diamonds;
 };
 
-bool is_plain_zero(const PageDiamond& d) { return d.blob.empty() && d.info == BlobInfo{}; }
+bool is_plain_zero(const PageEntry& d) { return d.entry->blob_bytes == 0 && d.entry->info == BlobInfo{}; }
 
 int level_in_page(int slot) {
     int j = 0;
@@ -48,9 +55,9 @@ void check_readable(std::span<const std::byte> header, const std::string& file, 
 }
 
 // Throws Error(usage) if a diamond comes twice.
-void sort_slots(std::vector<PageDiamond>& diamonds, PageKey key) {
+void sort_slots(std::vector<PageEntry>& diamonds, PageKey key) {
     std::sort(diamonds.begin(), diamonds.end(),
-              [](const PageDiamond& a, const PageDiamond& b) { return a.slot < b.slot; });
+              [](const PageEntry& a, const PageEntry& b) { return a.slot < b.slot; });
     const auto twice = std::adjacent_find(diamonds.begin(), diamonds.end(),
                                           [](const auto& a, const auto& b) { return a.slot == b.slot; });
     if (twice != diamonds.end()) throw Error(ErrorCode::usage, page_name(key) + " is given a diamond twice");
@@ -112,7 +119,7 @@ class ZeroMarks {
     // Number of sub-levels that are refined completely, if the others are not refined at all.
     static std::optional<int> full_levels(const PageContents& page, DiamondId square) {
         std::array<int, kBandLevels> count{};
-        for (const PageDiamond& d : page.diamonds) ++count[static_cast<std::size_t>(level_in_page(d.slot))];
+        for (const PageEntry& d : page.diamonds) ++count[static_cast<std::size_t>(level_in_page(d.slot))];
         const int full = level_in_page(page.diamonds.back().slot) + 1;
         for (int j = 0; j < full; ++j)
             if (count[static_cast<std::size_t>(j)] != own_slots(page.key, square, j)) return std::nullopt;
@@ -121,8 +128,8 @@ class ZeroMarks {
     static ZeroSpan own_span(const PageContents& page, int level, int full) {
         ZeroSpan span{
             level + full, {INT32_MAX, INT32_MIN, 0}, std::vector<double>(static_cast<std::size_t>(full))};
-        for (const PageDiamond& d : page.diamonds)
-            for (const SummaryValues& s : d.summary) {
+        for (const PageEntry& d : page.diamonds)
+            for (const SummaryValues& s : d.entry->summary) {
                 span.range.include(s);
                 double& delta = span.delta[static_cast<std::size_t>(level_in_page(d.slot))];
                 delta = std::max(delta, s.delta);
@@ -196,14 +203,23 @@ struct RepositoryWriter::State {
             {key, position(), static_cast<std::uint32_t>(bytes.size()), static_cast<std::uint16_t>(first)});
         append(bytes);
     }
-    void write_page(const PageContents& page);
+    void write_page(const PageContents& page, const BlobSource& blobs);
     Extent write_directory();
     void write_header();
 };
 
 // Splits a page greedily: a part takes slots while it stays within kMaxPartBytes, and at least one diamond.
-void RepositoryWriter::State::write_page(const PageContents& page) {
-    const std::span<const PageDiamond> all(page.diamonds);
+void RepositoryWriter::State::write_page(const PageContents& page, const BlobSource& source) {
+    std::vector<std::vector<std::byte>> blobs(page.diamonds.size());
+    std::vector<PageDiamond> all;
+    for (std::size_t k = 0; k < blobs.size(); ++k) {
+        const PageEntry& d = page.diamonds[k];
+        if (d.entry->blob_bytes > 0) source(d.index, blobs[k]);
+        if (blobs[k].size() != d.entry->blob_bytes)
+            throw Error(ErrorCode::usage,
+                        page_name(page.key) + " is given a blob of another length than announced");
+        all.push_back({d.slot, d.entry->info, blobs[k], d.entry->summary});
+    }
     std::size_t begin = 0;
     int first = 0;
     while (begin < all.size()) {
@@ -212,7 +228,7 @@ void RepositoryWriter::State::write_page(const PageContents& page) {
             cost += part_cost(all[end++]);
         const int last = end < all.size() ? all[end].slot : kPageSlots;
         add_part(page.key, first,
-                 encode_part(page.key, first, last - first, all.subspan(begin, end - begin)));
+                 encode_part(page.key, first, last - first, std::span(all).subspan(begin, end - begin)));
         first = last;
         begin = end;
     }
@@ -273,13 +289,23 @@ RepositoryWriter::~RepositoryWriter() {
 }
 
 void RepositoryWriter::write(std::vector<DiamondRecord> diamonds) {
+    std::vector<DiamondEntry> entries;
+    for (const DiamondRecord& d : diamonds)
+        entries.push_back({d.id, d.residuals.info, d.residuals.blob.size(), d.summary});
+    write(entries,
+          [&](std::size_t k, std::vector<std::byte>& out) { out = std::move(diamonds[k].residuals.blob); });
+}
+
+void RepositoryWriter::write(std::span<const DiamondEntry> diamonds, const BlobSource& blobs) {
+    if (diamonds.size() > UINT32_MAX) throw Error(ErrorCode::limit, "more than 2^32 refined diamonds");
     State& s = *state_;
     std::map<PageKey, PageContents> pages;
-    for (const DiamondRecord& d : diamonds) {
+    for (std::size_t k = 0; k < diamonds.size(); ++k) {
+        const DiamondEntry& d = diamonds[k];
         const PageSlot at = page_slot(d.id);
         PageContents& page = pages[at.key];
         page.key = at.key;
-        page.diamonds.push_back({at.slot, d.residuals.info, d.residuals.blob, d.summary});
+        page.diamonds.push_back({at.slot, static_cast<std::uint32_t>(k), &d});
         s.header.info.deepest_level = std::max(s.header.info.deepest_level, d.id.level() + 1);
         for (const SummaryValues& half : d.summary) {
             s.header.info.min_height = std::min(s.header.info.min_height, half.min);
@@ -294,7 +320,7 @@ void RepositoryWriter::write(std::vector<DiamondRecord> diamonds) {
         if (const ZeroSpan* span = zero.find(key))
             s.add_part(key, 0, encode_zero_page(key, *span));
         else
-            s.write_page(page);
+            s.write_page(page, blobs);
     }
 }
 

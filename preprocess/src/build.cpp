@@ -2,6 +2,7 @@
 
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "build_certify.hpp"
 #include "build_passes.hpp"
 #include "build_plan.hpp"
+#include "build_workspace.hpp"
 #include "carat/globe/error.hpp"
 #include "carat/preprocess/provenance.hpp"
 #include "measure_blocks.hpp"
@@ -57,22 +59,13 @@ BuildPlan describe(const SourceStack& sources, const RefinedLevels& levels, int 
     return plan;
 }
 
-BuildTree make_tree(const RefinedLevels& levels) {
-    BuildTree tree;
-    for (const auto& ids : levels) {
-        auto& level = tree.levels.emplace_back(ids.size());
-        for (std::size_t k = 0; k < ids.size(); ++k) level[k].id = ids[k];
-    }
-    tree.index();
-    return tree;
-}
-
 ErrorSum root_errors(const BuildContext& context, const FaceHeights& source, const EncodedRoots& coded) {
     ErrorSum sum;
     for (std::size_t face = 0; face < kFaces; ++face)
-        for (std::size_t k = 0; k < source[face].size(); ++k)
-            sum.add(context.quantum *
-                    (std::abs(static_cast<double>(source[face][k]) - coded.heights[face][k]) + 0.5));
+        for (std::size_t k = 0; k < source[face].size(); ++k) {
+            const std::int64_t e = std::abs(std::int64_t{source[face][k]} - coded.heights[face][k]);
+            sum.add(e, static_cast<double>(e) * static_cast<double>(e), 1, context.quantum);
+        }
     return sum;
 }
 
@@ -81,7 +74,7 @@ ErrorSummary measure_file(const BuildContext& context, const BuildPlan& plan,
                           const std::optional<Certification>& certification, RepositoryWriter& writer) {
     std::uint64_t samples = 0;
     for (const LayerInfo& layer : plan.layers) samples += layer.samples;
-    const FileSurface surface(Repository::open(writer.complete()), context.options.memory_bytes / 4);
+    const FileSurface surface(Repository::open(writer.complete()), context.cache_bytes);
     context.progress.begin(BuildStage::measuring, samples);
     ErrorSummary errors = measure_blocks(context.sources, surface, kRecordedPlaces,
                                          [&](std::uint64_t n) { context.progress.step(n); });
@@ -89,14 +82,6 @@ ErrorSummary measure_file(const BuildContext& context, const BuildPlan& plan,
         throw std::logic_error("the certified bound does not hold");
     writer.replace_provenance(provenance_json(context.options, plan, &errors, certification));
     return errors;
-}
-
-std::vector<DiamondRecord> take_records(BuildTree& tree) {
-    std::vector<DiamondRecord> records;
-    records.reserve(tree.count());
-    for (auto& level : tree.levels)
-        for (BuildDiamond& d : level) records.push_back({d.id, std::move(d.residuals), d.summary});
-    return records;
 }
 
 WriterSetup writer_setup(const BuildContext& context, const BuildPlan& plan, int depth) {
@@ -113,63 +98,150 @@ WriterSetup writer_setup(const BuildContext& context, const BuildPlan& plan, int
     return setup;
 }
 
+bool has_step(const BuildContext& c, int level, std::size_t step) {
+    return c.store.has({StepKind::heights, level, step}) && c.store.has({StepKind::code, level, step}) &&
+           c.store.has({StepKind::facts, level, step});
+}
+
+// False if a file that is needed is missing, for instance because it was found damaged: then nothing of use
+// is left.
+bool can_go_on(const BuildContext& c) {
+    const int depth = c.depth();
+    int next = 0;  // the level to be coded
+    while (next < depth && c.has_level(StepKind::facts, next)) ++next;
+    for (int level = 0; level < next; ++level) {
+        if (!c.has_level(StepKind::code, level)) return false;
+        if (level >= next - 5 && next < depth && !c.has_level(StepKind::heights, level)) return false;
+    }
+    if (next == depth) return true;
+    bool coding = next > 0;
+    for (std::size_t step = 0; step < c.steps(next); ++step) coding = coding || has_step(c, next, step);
+    if (coding) {
+        for (std::size_t step = 0; step < c.steps(next); ++step)
+            if (!has_step(c, next, step) && !c.store.has({StepKind::reference, next, step})) return false;
+        for (int level = next + 1; level < depth; ++level)
+            if (!c.has_level(StepKind::reference, level)) return false;
+        return true;
+    }
+    int level = depth;  // from here on the reference is complete
+    while (level > 0 && c.has_level(StepKind::reference, level - 1)) --level;
+    return level == 0 || level == depth || c.has_level(StepKind::vertices, level);
+}
+
+void write_file(const BuildContext& context, const Summaries& summaries, RepositoryWriter& writer) {
+    std::vector<std::size_t> first{0};
+    for (const auto& level : context.levels) first.push_back(first.back() + level.size());
+    writer.write(summaries.diamonds, [&](std::size_t k, std::vector<std::byte>& out) {
+        const auto level = std::upper_bound(first.begin(), first.end(), k) - first.begin() - 1;
+        const std::size_t position = k - first[static_cast<std::size_t>(level)];
+        context.store.read({StepKind::code, static_cast<int>(level), position / kStepDiamonds},
+                           position % kStepDiamonds, out);
+        out.erase(out.begin());  // the BlobInfo
+        context.progress.step();
+    });
+}
+
+// The passes, from sources to a file.
+BuildReport run_passes(const BuildContext& context, const BuildPlan& plan,
+                       const std::optional<Certification>& certification) {
+    BuildReport report;
+    report.plan = plan;
+    report.certification = certification;
+    ProgressReporter& progress = context.progress;
+    progress.begin(BuildStage::sampling, plan.refined);
+    const FaceHeights roots = make_reference(context);
+    const EncodedRoots coded = encode_roots(roots, context.n(), context.radius);
+    ErrorSum errors = root_errors(context, roots, coded);
+    progress.begin(BuildStage::coding, plan.refined);
+    code_levels(context, coded.heights);
+    progress.begin(BuildStage::summarising, plan.refined);
+    const Summaries summaries = summarise_levels(context);
+    errors.add(summaries.errors);
+
+    progress.begin(BuildStage::writing, plan.refined);
+    RepositoryWriter writer(context.options.output, writer_setup(context, plan, context.depth()), coded);
+    write_file(context, summaries, writer);
+    for (const DiamondEntry& d : summaries.diamonds)
+        ++(d.blob_bytes == 0 ? report.zero_diamonds : report.coded_diamonds);
+    if (context.options.measures()) report.errors = measure_file(context, plan, certification, writer);
+    report.file_bytes = writer.finish();
+    report.max_error = errors.max;
+    report.rms_error = std::sqrt(errors.squares / static_cast<double>(errors.count));
+    return report;
+}
+
+// A failure after which the same command with --resume may do better.
+bool may_resume(const Error& error, const ProgressReporter& progress) {
+    return error.code() == ErrorCode::io || progress.cancelled();
+}
+
+std::string kept(const StepStore& store) {
+    return "; what is done is kept in " + store.folder().string() +
+           ": the same command with --resume goes on";
+}
+
+BuildPlan plan_of(const BuildOptions& options, const SourceStack& sources, const RefinedLevels& levels) {
+    BuildPlan plan = describe(sources, levels, 1 << options.log2_cells);
+    plan.temporary_bytes = temporary_bytes(levels, (1 << options.log2_cells) + 1, options.mode).bound;
+    plan.temporary_folder = temporary_folder(options);
+    return plan;
+}
+
 }  // namespace
 
 BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& callback) {
     check(options);
     const auto threads = limit_threads(options.threads);
     ProgressReporter progress(callback);
-    const SourceStack sources(options.layers, options.body, options.base_height, options.memory_bytes);
+    const SourceStack sources(options.layers, options.body, options.base_height,
+                              share_memory(memory_limit(options)).sources);
     progress.begin(BuildStage::planning, 0);
     RefinedLevels levels = plan_depth(options, sources, progress);
     if (options.certify) certify_depth(options, sources, levels, progress);
-    return describe(sources, levels, 1 << options.log2_cells);
+    return plan_of(options, sources, levels);
 }
 
-BuildReport build_repository(const BuildOptions& options, const ProgressFunction& callback) {
+BuildReport build_repository(const BuildOptions& options, const ProgressFunction& callback,
+                             const std::function<void(const BuildPlan&)>& planned) {
     const auto started = std::chrono::steady_clock::now();
     check(options);
     if (!options.overwrite && std::filesystem::exists(options.output))
         throw Error(ErrorCode::usage, options.output.string() + ": exists already; --overwrite replaces it");
+    const std::size_t memory = memory_limit(options);
     const double quantum = options.quantum.value_or(default_quantum(options.tolerance));
     const std::int32_t radius = quantizer_radius(options.tolerance, quantum);
     const auto threads = limit_threads(options.threads);
     ProgressReporter progress(callback);
-    const SourceStack sources(options.layers, options.body, options.base_height, options.memory_bytes);
+    const SourceStack sources(options.layers, options.body, options.base_height,
+                              share_memory(memory).sources);
 
-    BuildReport report;
     progress.begin(BuildStage::planning, 0);
     RefinedLevels levels = plan_depth(options, sources, progress);
-    if (options.certify) report.certification = certify_depth(options, sources, levels, progress);
-    report.plan = describe(sources, levels, 1 << options.log2_cells);
-    BuildTree tree = make_tree(levels);
-    const BuildContext context{options, sources, quantum, radius, progress};
-
-    progress.begin(options.mode == Mode::interpolating ? BuildStage::sampling : BuildStage::filtering,
-                   tree.count());
-    const FaceHeights roots =
-        options.mode == Mode::interpolating ? sample_roots(context) : filter_tree(context, tree);
-    const EncodedRoots coded = encode_roots(roots, context.n(), radius);
-    ErrorSum errors = root_errors(context, roots, coded);
-
-    progress.begin(BuildStage::coding, tree.count());
-    errors.add(code_tree(context, coded.heights, tree));
-    progress.begin(BuildStage::summarising, tree.count());
-    summarise_tree(context, tree);
-
-    progress.begin(BuildStage::writing, tree.count());
-    RepositoryWriter writer(options.output, writer_setup(context, report.plan, tree.depth()), coded);
-    std::vector<DiamondRecord> records = take_records(tree);
-    for (const DiamondRecord& r : records)
-        ++(r.residuals.blob.empty() ? report.zero_diamonds : report.coded_diamonds);
-    writer.write(std::move(records));
-    if (options.measures()) report.errors = measure_file(context, report.plan, report.certification, writer);
-    report.file_bytes = writer.finish();
-    report.max_error = errors.max;
-    report.rms_error = std::sqrt(errors.squares / static_cast<double>(errors.count));
-    report.stage_seconds = progress.stage_seconds();
-    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-    return report;
+    std::optional<Certification> certification;
+    if (options.certify) certification = certify_depth(options, sources, levels, progress);
+    const BuildPlan plan = plan_of(options, sources, levels);
+    check_diamonds(plan.refined, memory);
+    if (planned) planned(plan);
+    const std::unique_ptr<StepStore> store = open_workspace(
+        options, sources, temporary_bytes(levels, (1 << options.log2_cells) + 1, options.mode));
+    const BuildContext context{options, sources,  levels, quantum,
+                               radius,  progress, *store, share_memory(memory).heights};
+    if (store->found() > 0 && !can_go_on(context)) store->drop_all();
+    try {
+        BuildReport report = run_passes(context, plan, certification);
+        report.resumed_files = store->found();
+        report.temporary_peak_bytes = store->peak_bytes();
+        store->remove();
+        report.stage_seconds = progress.stage_seconds();
+        report.peak_memory_bytes = peak_memory_bytes();
+        report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+        return report;
+    } catch (const Error& error) {
+        if (may_resume(error, progress) && store->peak_bytes() > 0)
+            throw Error(error.code(), error.what() + kept(*store));
+        store->remove();
+        throw;
+    }
 }
 
 }  // namespace carat

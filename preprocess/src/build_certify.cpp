@@ -8,6 +8,7 @@
 #include <unordered_set>
 
 #include "carat/globe/locate.hpp"
+#include "carat/globe/patch.hpp"
 #include "leaf_surface.hpp"
 #include "source_samples.hpp"
 
@@ -32,17 +33,12 @@ class PlannedSurface final : public LeafSurface {
         return half;
     }
     void heights(const Half& leaf, std::vector<double>& out) const override {
-        const HalfFrame frame = half_frame(leaf, cells_);
-        std::vector<Vec3> normals;
-        std::vector<std::size_t> where;
+        std::vector<double> heights(half_vertex_count(cells_));
+        sources_.sample(leaf, cells_, heights);
+        const double* next = heights.data();
         for (int i = 0; i <= cells_; ++i)
-            for (int j = leaf.side == 0 ? 0 : i; j <= (leaf.side == 0 ? i : cells_); ++j) {
-                normals.push_back(direction(frame.vertex(i, j)));
-                where.push_back(static_cast<std::size_t>(i * (cells_ + 1) + j));
-            }
-        std::vector<double> heights(normals.size());
-        sources_.sample(normals, heights, {});
-        for (std::size_t k = 0; k < where.size(); ++k) out[where[k]] = heights[k];
+            for (int j = leaf.side == 0 ? 0 : i; j <= (leaf.side == 0 ? i : cells_); ++j)
+                out[static_cast<std::size_t>(i * (cells_ + 1) + j)] = *next++;
     }
 
   private:

@@ -14,8 +14,6 @@ const char* to_string(BuildStage stage) {
             return "certifying";
         case BuildStage::sampling:
             return "sampling";
-        case BuildStage::filtering:
-            return "filtering";
         case BuildStage::coding:
             return "coding";
         case BuildStage::summarising:
@@ -44,6 +42,14 @@ void ProgressReporter::step(std::uint64_t count) {
     if (mutex_.try_lock()) {
         const std::lock_guard lock(mutex_, std::adopt_lock);
         if (Clock::now() - last_report_ > std::chrono::milliseconds(100)) report();
+    }
+    if (cancelled_) throw Error(ErrorCode::usage, "cancelled");
+}
+
+void ProgressReporter::flush() {
+    {
+        const std::lock_guard lock(mutex_);
+        report();
     }
     if (cancelled_) throw Error(ErrorCode::usage, "cancelled");
 }

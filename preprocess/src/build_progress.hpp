@@ -16,6 +16,9 @@ class ProgressReporter {
 
     void begin(BuildStage stage, std::uint64_t total);
     void step(std::uint64_t count = 1);
+    // Reports at once. Throws as step() does.
+    void flush();
+    bool cancelled() const { return cancelled_; }
     // Seconds spent in each stage so far.
     std::vector<std::pair<BuildStage, double>> stage_seconds() const;
 

@@ -1,83 +1,116 @@
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
-#include <algorithm>
+#include <cstring>
 
 #include "build_passes.hpp"
 
 namespace carat {
 namespace {
 
-constexpr int kLook = 6;  // levels between a patch and the surface it is compared with
+constexpr int kLook = 6;
 
-class HalfSummarizer {
+// A half on its way to its summary.
+struct HalfState {
+    double flat = 0, delta = 0;
+};
+using LevelState = std::vector<std::array<HalfState, 2>>;
+
+template <class F>
+void for_facts(const BuildContext& context, int level, F f) {
+    std::size_t position = 0;
+    for (std::size_t step = 0; step < context.steps(level); ++step)
+        for (const std::vector<std::byte>& record : context.store.read_all({StepKind::facts, level, step})) {
+            DiamondFacts facts;
+            std::memcpy(static_cast<void*>(&facts), record.data(), sizeof facts);
+            f(position++, facts);
+        }
+}
+
+// delta(h) = max(flat(h), delta of its children,
+//                flat(h) + greatest deviation from the half g + delta(g) over the halves g six levels finer,
+//                or leaves).
+class Summariser {
   public:
-    HalfSummarizer(const BuildContext& context, const BuildTree& tree, std::vector<std::int32_t>& scratch)
-        : context_(context), tree_(tree), scratch_(scratch) {}
+    explicit Summariser(const BuildContext& context) : context_(context) {}
 
-    // delta(h) = max(delta of its children, max over the halves g six levels finer, or leaves, of
-    //                dev(h, g) + delta(g)); dev is the curvature bound of h's triangles plus the height
-    //                difference.
-    SummaryValues operator()(const BuildDiamond& d, int side) {
-        half_ = {d.id, side};
-        p_ = d.p.data();
-        const HeightRange own = height_range(p_, context_.n(), side);
-        flat_ = bound(half_, own);
-        result_ = {own.min, own.max, 0};
-        visit(half_, 0);
-        return result_;
+    Summaries run() {
+        std::size_t count = 0;
+        for (int level = 0; level < context_.depth(); ++level) {
+            first_.push_back(count);
+            count += context_.ids(level).size();
+        }
+        out_.diamonds.resize(count);
+        for (int level = 0; level < context_.depth(); ++level) read_own(level);
+        for (int level = context_.depth(); level-- > 0;)
+            for_facts(context_, level, [&](std::size_t position, const DiamondFacts& facts) {
+                for (const int side : {0, 1}) finish(level, position, side, facts);
+                context_.progress.step();
+            });
+        return std::move(out_);
     }
 
   private:
-    double bound(const Half& h, const HeightRange& range) const {
-        return flat_patch_bound(context_.options.body, h, range, context_.quantum, context_.n() - 1);
+    void read_own(int level) {
+        auto& states = states_.emplace_back(context_.ids(level).size());
+        for_facts(context_, level, [&](std::size_t position, const DiamondFacts& facts) {
+            DiamondEntry& entry = entry_at(level, position);
+            entry.id = context_.ids(level)[position];
+            entry.info = BlobInfo::from_byte(static_cast<std::uint8_t>(facts.blob_info));
+            entry.blob_bytes = facts.blob_bytes;
+            out_.blob_bytes += facts.blob_bytes;
+            for (std::size_t side = 0; side < 2; ++side) {
+                const HalfFacts& own = facts.own[side];
+                entry.summary[side] = {own.min, own.max, 0};
+                states[position][side] = {own.flat, 0};
+            }
+            out_.errors.add(facts.errors);
+        });
     }
-    void visit(const Half& g, int depth) {
-        const BuildDiamond* refined = tree_.find(g.diamond);
-        if (refined != nullptr && depth == 1) include(refined->summary[static_cast<std::size_t>(g.side)]);
-        if (refined != nullptr && depth < kLook) {
-            for (const Half& child : child_halves(g)) visit(child, depth + 1);
-            return;
+
+    // Takes in the two child halves of a half; what lies deeper has been folded in already.
+    void finish(int level, std::size_t position, int side, const DiamondFacts& facts) {
+        const auto s = static_cast<std::size_t>(side);
+        const Half own{context_.ids(level)[position], side};
+        SummaryValues& summary = entry_at(level, position).summary[s];
+        HalfState& state = states_[static_cast<std::size_t>(level)][position][s];
+        const auto legs = child_halves(own);
+        for (std::size_t leg = 0; leg < 2; ++leg) {
+            const ChildFacts& child = facts.child[2 * s + leg];
+            const auto refined = position_of(context_.levels, legs[leg].diamond, level + 1);
+            const SummaryValues there =
+                refined ? entry_at(level + 1, *refined).summary[static_cast<std::size_t>(legs[leg].side)]
+                        : SummaryValues{child.leaf.min, child.leaf.max, child.leaf.flat};
+            summary.min = std::min(summary.min, there.min);
+            summary.max = std::max(summary.max, there.max);
+            state.delta = std::max(state.delta, there.delta);
+            fold(own, level, child, refined.has_value(), there.delta);
         }
-        const std::int32_t* fine = half_heights(tree_, g, context_.n(), scratch_);
-        const SummaryValues there =
-            refined != nullptr ? refined->summary[static_cast<std::size_t>(g.side)] : leaf(g, fine);
-        include(there);
-        const double dev = static_cast<double>(max_deviation(p_, half_, fine, g, context_.n())) / 8;
-        result_.delta = std::max(result_.delta, flat_ + context_.quantum * dev + there.delta);
+        summary.delta = state.delta;
     }
-    SummaryValues leaf(const Half& g, const std::int32_t* p) const {
-        const HeightRange range = height_range(p, context_.n(), g.side);
-        return {range.min, range.max, bound(g, range)};
+
+    void fold(const Half& own, int level, const ChildFacts& child, bool refined, double delta) {
+        Half half = own;
+        for (int up = 0; up < kLook && up <= level; ++up) {
+            if (up > 0) half = *parent_half(half);
+            if (refined && up < kLook - 1) continue;
+            const int at = level - up;
+            HalfState& state = states_[static_cast<std::size_t>(at)][*position_of(
+                context_.levels, half.diamond, at)][static_cast<std::size_t>(half.side)];
+            const double dev = static_cast<double>(child.deviation[static_cast<std::size_t>(up)]) / 8;
+            state.delta = std::max(state.delta, state.flat + context_.quantum * dev + delta);
+        }
     }
-    void include(const SummaryValues& s) {
-        result_.min = std::min(result_.min, s.min);
-        result_.max = std::max(result_.max, s.max);
-        result_.delta = std::max(result_.delta, s.delta);
+
+    DiamondEntry& entry_at(int level, std::size_t position) {
+        return out_.diamonds[first_[static_cast<std::size_t>(level)] + position];
     }
 
     const BuildContext& context_;
-    const BuildTree& tree_;
-    std::vector<std::int32_t>& scratch_;
-    Half half_;
-    const std::int32_t* p_ = nullptr;
-    double flat_ = 0;
-    SummaryValues result_;
+    std::vector<std::size_t> first_;  // of each level
+    std::vector<LevelState> states_;
+    Summaries out_;
 };
 
 }  // namespace
 
-void summarise_tree(const BuildContext& context, BuildTree& tree) {
-    tbb::enumerable_thread_specific<std::vector<std::int32_t>> scratch;
-    for (int level = tree.depth(); level-- > 0;) {
-        auto& diamonds = tree.levels[static_cast<std::size_t>(level)];
-        tbb::parallel_for(std::size_t{0}, diamonds.size(), [&](std::size_t k) {
-            HalfSummarizer summarize(context, tree, scratch.local());
-            for (const int side : {0, 1})
-                diamonds[k].summary[static_cast<std::size_t>(side)] = summarize(diamonds[k], side);
-            context.progress.step();
-        });
-    }
-}
+Summaries summarise_levels(const BuildContext& context) { return Summariser(context).run(); }
 
 }  // namespace carat

@@ -10,8 +10,10 @@
 #include "cap.hpp"
 #include "carat/globe/bounds.hpp"
 #include "carat/globe/error.hpp"
+#include "carat/globe/patch.hpp"
 #include "frame.hpp"
 #include "gdal_errors.hpp"
+#include "half_degrees.hpp"
 #include "source_state.hpp"
 
 namespace carat {
@@ -36,7 +38,7 @@ Cap cap_of_half(const Half& half) {
 
 // GDAL's block cache serves files whose blocks straddle our tiles (strips); it is one for the whole process.
 void limit_gdal_cache(std::size_t bytes) {
-    constexpr std::size_t kLeast = std::size_t{64} << 20;
+    constexpr std::size_t kLeast = std::size_t{16} << 20;
     const auto limit = static_cast<GIntBig>(std::max(bytes, kLeast));
     if (GDALGetCacheMax64() > limit) GDALSetCacheMax64(limit);
 }
@@ -96,18 +98,27 @@ SourceStack& SourceStack::operator=(SourceStack&&) noexcept = default;
 
 // --- heights ---
 
-// Every layer is asked for the places that no layer before it has closed.
 void SourceStack::State::sample_chunk(std::span<const Vec3> n, std::span<double> heights,
                                       std::span<std::int8_t> layer, std::span<double> weights) const {
-    std::size_t open = n.size();
-    Blend blend(open);
-    std::array<double, kChunk> lat, lon, found, weight;
+    std::array<double, kChunk> lat, lon;
+    to_degrees(n, std::span(lat).first(n.size()), std::span(lon).first(n.size()));
+    sample_degrees(std::span(lat).first(n.size()), std::span(lon).first(n.size()), cap_of(n), heights, layer,
+                   weights);
+}
+
+// Every layer is asked for the places that no layer before it has closed.
+void SourceStack::State::sample_degrees(std::span<double> lat, std::span<double> lon, const Cap& cap,
+                                        std::span<double> heights, std::span<std::int8_t> layer,
+                                        std::span<double> weights) const {
+    const std::size_t count = std::min(lat.size(), kChunk);
+    if (count == 0) return;
+    std::size_t open = count;
+    Blend blend(count);
+    std::array<double, kChunk> found, weight;
     std::array<std::uint8_t, kChunk> valid;
     std::array<std::size_t, kChunk> index;
     std::array<std::int8_t, kChunk> winner;
-    to_degrees(n, std::span(lat).first(open), std::span(lon).first(open));
     for (std::size_t i = 0; i < open; ++i) index[i] = i;
-    const Cap cap = cap_of(n);
     for (std::size_t k = 0; k < layers.size() && open > 0; ++k) {
         if (!layers[k]->may_meet(cap)) continue;
         const bool weighed = k + 1 < layers.size();
@@ -127,7 +138,7 @@ void SourceStack::State::sample_chunk(std::span<const Vec3> n, std::span<double>
         open = left;
     }
     add_base(blend, {lat.data(), open}, {lon.data(), open}, {index.data(), open}, heights);
-    for (std::size_t i = 0; i < n.size(); ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
         if (blend.any(i)) heights[i] = blend.height(i);
         if (!layer.empty()) layer[i] = blend.any(i) ? winner[i] : kBaseLayer;
         if (!weights.empty()) weights[i] = blend.any(i) ? blend.first_share(i) : 1;
@@ -157,6 +168,46 @@ void SourceStack::sample(std::span<const Vec3> n, std::span<double> heights,
         state_->sample_chunk(n.subspan(start, count), heights.subspan(start, count),
                              layer.empty() ? layer : layer.subspan(start, count), {});
     }
+}
+
+void SourceStack::sample(std::span<const LatticePoint> points, std::span<double> heights) const {
+    if (heights.size() != points.size()) throw Error(ErrorCode::usage, "points and heights differ in number");
+    std::array<double, kChunk> lat, lon;
+    for (std::size_t start = 0; start < points.size(); start += kChunk) {
+        const std::size_t count = std::min(kChunk, points.size() - start);
+        std::vector<Vec3> normals(count);
+        for (std::size_t k = 0; k < count; ++k) {
+            const LatticePoint& p = points[start + k];
+            normals[k] = direction(p);
+            const Vec3 w{lattice_tangent(p.x), lattice_tangent(p.y), lattice_tangent(p.z)};
+            lat[k] = latitude_of_tangents(w);
+            lon[k] = longitude_of_tangents(w[0], w[1]);
+        }
+        state_->sample_degrees({lat.data(), count}, {lon.data(), count}, cap_of(normals),
+                               heights.subspan(start, count), {}, {});
+    }
+}
+
+void SourceStack::sample(const Half& half, int cells, std::span<double> heights) const {
+    if (heights.size() != half_vertex_count(cells))
+        throw Error(ErrorCode::usage, "heights are not those of a half");
+    const HalfDegrees degrees(half, cells);
+    const Cap cap = cap_of_half(half);
+    std::array<double, kChunk> lat, lon;
+    std::size_t filled = 0, done = 0;
+    const auto flush = [&] {
+        state_->sample_degrees({lat.data(), filled}, {lon.data(), filled}, cap, heights.subspan(done, filled),
+                               {}, {});
+        done += filled;
+        filled = 0;
+    };
+    for (int i = 0; i <= cells; ++i) {
+        const int begin = half.side == 0 ? 0 : i, end = half.side == 0 ? i + 1 : cells + 1;
+        if (filled + static_cast<std::size_t>(end - begin) > kChunk) flush();
+        degrees.row(i, begin, end, lat.data() + filled, lon.data() + filled);
+        filled += static_cast<std::size_t>(end - begin);
+    }
+    flush();
 }
 
 SourceStack::Value SourceStack::sample(const Vec3& n) const {

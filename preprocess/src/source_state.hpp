@@ -19,6 +19,10 @@ struct SourceStack::State {
 
     void sample_chunk(std::span<const Vec3> n, std::span<double> heights, std::span<std::int8_t> layer,
                       std::span<double> weights) const;
+    // At most kChunk places in degrees, all inside cap; lat and lon are used up.
+    void sample_degrees(std::span<double> lat, std::span<double> lon, const Cap& cap,
+                        std::span<double> heights, std::span<std::int8_t> layer,
+                        std::span<double> weights) const;
     void add_base(const Blend& blend, std::span<const double> lat, std::span<const double> lon,
                   std::span<const std::size_t> index, std::span<double> heights) const;
     double finest(const Half& half) const;

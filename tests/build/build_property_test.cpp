@@ -54,7 +54,7 @@ TEST_P(Modes, EveryLeafSampleIsWithinTheTolerance) {
         if (!leaf) return;
         const auto p = surface.heights(half.diamond);
         for_vertices(half, p->n, [&](int i, int j, const LatticePoint& at) {
-            const double truth = sources.sample(direction(at)).height;
+            const double truth = height_at_point(sources, at);
             worst = std::max(worst, std::abs(p->at(i, j) * repository->header().quantum - truth));
             ++samples;
         });
@@ -103,23 +103,6 @@ TEST_P(Modes, SummariesHoldEveryDescendant) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Modes, testing::Values(Mode::interpolating, Mode::filtered, Mode::paper));
-
-TEST(Build, BytesDoNotDependOnThreadsOrCache) {
-    const Scratch scratch;
-    BuildOptions options = synthetic_build(synth::Kind::earth, scratch.folder, 256);
-    std::vector<std::string> outputs;
-    for (const auto& [threads, memory] :
-         {std::pair{1, 1u << 30}, std::pair{2, 1u << 20}, std::pair{5, 1u << 26}}) {
-        options.threads = threads;
-        options.memory_bytes = memory;
-        options.overwrite = true;
-        build_repository(options);
-        outputs.push_back(bytes_of(options.output));
-    }
-    EXPECT_FALSE(outputs[0].empty());
-    EXPECT_TRUE(outputs[0] == outputs[1]);
-    EXPECT_TRUE(outputs[0] == outputs[2]);
-}
 
 TEST(Build, DepthFollowsTheData) {
     const Scratch scratch;

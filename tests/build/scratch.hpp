@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,12 @@ inline BuildOptions synthetic_build(synth::Kind kind, const std::filesystem::pat
     build.tolerance = 5;
     build.output = folder / "planet.carat";
     return build;
+}
+
+inline double height_at_point(const SourceStack& sources, const LatticePoint& point) {
+    double height = 0;
+    sources.sample(std::span(&point, 1), std::span(&height, 1));
+    return height;
 }
 
 inline std::string bytes_of(const std::filesystem::path& file) {

@@ -140,7 +140,7 @@ TEST_F(Build, BodiesAndDatumsAreRecorded) {
 
 TEST_F(Build, BytesDoNotDependOnThreads) {
     ASSERT_EQ(carat("build --threads 1 --layer hills.tif --tolerance 1 -o a.carat").exit, 0);
-    ASSERT_EQ(carat("build --threads 3 --memory 1M --layer hills.tif --tolerance 1 -o b.carat").exit, 0);
+    ASSERT_EQ(carat("build --threads 3 --memory 256M --layer hills.tif --tolerance 1 -o b.carat").exit, 0);
     EXPECT_EQ(contents(path("a.carat")), contents(path("b.carat")));
 }
 

@@ -4,7 +4,9 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "carat/codec/diamond_codec.hpp"
@@ -19,6 +21,16 @@ struct DiamondRecord {
     EncodedResiduals residuals;
     std::array<SummaryValues, 2> summary;  // of its halves
 };
+
+// What the writer must know of a refined diamond ahead of its blob.
+struct DiamondEntry {
+    DiamondId id;
+    BlobInfo info;
+    std::uint64_t blob_bytes = 0;
+    std::array<SummaryValues, 2> summary;  // of its halves
+};
+// Writes the blob of entry `index`, of just blob_bytes, to out.
+using BlobSource = std::function<void(std::size_t index, std::vector<std::byte>& out)>;
 
 // The quantised root heights: what a reader will see, and their bytes.
 struct EncodedRoots {
@@ -55,6 +67,8 @@ class RepositoryWriter {
     // All refined diamonds, any order; sorts them into pages and writes. Call once. Throws Error(usage) if a
     // diamond comes twice.
     void write(std::vector<DiamondRecord> diamonds);
+    // The same with the blobs asked for page by page, one page at a time in memory.
+    void write(std::span<const DiamondEntry> diamonds, const BlobSource& blobs);
     // Directory and header: the partial file, whose path it returns, can be opened as a repository. Throws
     // Error(usage) for a setup that readers refuse: radii not one more than the levels refined, or above what
     // the tolerance allows.

@@ -3,9 +3,18 @@
 //   depth     a diamond is refined while its spacing exceeds the finest source spacing somewhere inside it
 //   (times
 //             2^(depth_bias/2)); its parents with it, so that the refined set is closed upwards
-//   samples   source heights are taken at lattice points, each once, rounded to the quantum
-//   passes    fine to coarse: filtering (modes 1 and 2); coarse to fine: coding; fine to coarse: summaries
-//   threads   parallel over the diamonds of a level; the bytes do not depend on their number
+//   samples   source heights are taken at the lattice points of the leaves, rounded to the quantum
+//   passes    fine to coarse: sampling, and filtering (modes 1 and 2); coarse to fine: coding; fine to
+//   coarse:
+//             summaries
+//   memory    what the passes hand on lies in temporary files, in steps of 512 diamonds; peak resident memory
+//   stays
+//             below BuildOptions::memory_bytes
+//   resuming  a step's file is there only when it is complete; a build that was killed skips the steps that
+//   are
+//             there. Temporary files depend on inputs and options alone
+//   threads   parallel over the diamonds of a step; the bytes do not depend on their number, on memory or
+//   resuming
 #pragma once
 
 #include <cstdint>
@@ -36,13 +45,15 @@ struct BuildOptions {
         0;  // levels added (or, if negative, left out): a level is a factor of sqrt(2) in spacing
     int max_level = 40;  // no diamond of this level or deeper is refined
     int log2_cells = 6;
-    int threads = 0;                      // 0: all
-    std::size_t memory_bytes = 1u << 30;  // for decoded source blocks
+    int threads = 0;               // 0: all
+    std::size_t memory_bytes = 0;  // peak resident memory; 0: a quarter of the machine's
     // Metres, above the tolerance: refine until |S - sample| is at most this at every compared source sample
     // (measure.hpp), as far as max_level allows. Mode 0 only. Implies measure.
     std::optional<double> certify;
     bool overwrite = false;
     bool measure = true;  // compare the result with every source sample and record the errors (measure.hpp)
+    bool resume = false;  // go on with what a killed or cancelled build of the same inputs left
+    std::filesystem::path temp;  // folder for temporary files; empty: OUTPUT.build beside the output
 
     std::filesystem::path output;
 
@@ -51,17 +62,7 @@ struct BuildOptions {
 
 // Stages of a build, for progress bars. done and total count diamonds, while certifying and measuring source
 // samples.
-enum class BuildStage {
-    opening,
-    planning,
-    certifying,
-    sampling,
-    filtering,
-    coding,
-    summarising,
-    writing,
-    measuring
-};
+enum class BuildStage { opening, planning, certifying, sampling, coding, summarising, writing, measuring };
 const char* to_string(BuildStage stage);
 
 struct BuildProgress {
@@ -69,7 +70,7 @@ struct BuildProgress {
     std::uint64_t done = 0, total = 0;
 };
 // Called from one thread at a time, at most about ten times a second. Returning false cancels: Error(usage)
-// "cancelled" is thrown and nothing is left behind.
+// "cancelled" is thrown, and only the temporary folder is left, for BuildOptions::resume.
 using ProgressFunction = std::function<bool(const BuildProgress&)>;
 
 // What a build will do or has done.
@@ -78,8 +79,10 @@ struct BuildPlan {
     std::vector<std::string> warnings;
     std::vector<std::uint64_t> refined_by_level;
     std::uint64_t refined = 0;
-    std::uint64_t leaf_samples = 0;    // distinct lattice points with a coded height
-    std::uint64_t source_samples = 0;  // valid samples of all layers
+    std::uint64_t leaf_samples = 0;     // distinct lattice points with a coded height
+    std::uint64_t source_samples = 0;   // valid samples of all layers
+    std::uint64_t temporary_bytes = 0;  // temporary files take at most this
+    std::filesystem::path temporary_folder;
 };
 
 // What BuildOptions::certify led to.
@@ -100,7 +103,10 @@ struct BuildReport {
     std::uint64_t coded_diamonds = 0, zero_diamonds = 0;
     double max_error = 0, rms_error = 0;  // metres, at lattice points, rounding to the quantum included
     std::optional<Certification> certification;
-    std::optional<ErrorSummary> errors;  // at source samples, if they were measured
+    std::optional<ErrorSummary> errors;      // at source samples, if they were measured
+    std::uint64_t temporary_peak_bytes = 0;  // of temporary files, while this ran
+    std::uint64_t peak_memory_bytes = 0;     // resident, of the process, as the operating system tells
+    std::size_t resumed_files = 0;           // temporary files that an earlier run had left
     double seconds = 0;
     std::vector<std::pair<BuildStage, double>> stage_seconds;
 };
@@ -108,6 +114,9 @@ struct BuildReport {
 // Opens the sources and finds the refined diamonds; writes nothing (--dry-run).
 BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& progress = {});
 // Throws Error: usage (options, output exists), io, limit, and what SourceStack throws.
-BuildReport build_repository(const BuildOptions& options, const ProgressFunction& progress = {});
+// After a failure of reading or writing, a full disk for one, the temporary folder is kept for
+// BuildOptions::resume; after others nothing is left. planned, if given, is called before the work begins.
+BuildReport build_repository(const BuildOptions& options, const ProgressFunction& progress = {},
+                             const std::function<void(const BuildPlan&)>& planned = {});
 
 }  // namespace carat

@@ -58,7 +58,7 @@ class SourceStack {
   public:
     // Opens every file, reads those that may contain holes once (in parallel), and hashes their contents.
     // cache_bytes bounds the decoded blocks kept in memory: three quarters ours (at least a block in each of
-    // 16 shards), one quarter GDAL's block cache, which is lowered to that (not below 64 MiB) for the
+    // 16 shards), one quarter GDAL's block cache, which is lowered to that (not below 16 MiB) for the
     // process.
     //
     // Throws Error naming the file: io (missing, unreadable, truncated), unsupported (no bands, complex
@@ -80,6 +80,13 @@ class SourceStack {
     // The same values for many places: much faster, fastest when they lie close together. The three spans
     // have the same length; layer may be empty.
     void sample(std::span<const Vec3> n, std::span<double> heights, std::span<std::int8_t> layer) const;
+
+    // The same at lattice points. (The place of a lattice point is worked out without rounding its normal to
+    // unit length first: it may differ from that of direction(p) by rounding, a few 1e-14 degrees.)
+    void sample(std::span<const LatticePoint> points, std::span<double> heights) const;
+    // The same at the vertices of a half, in rows: for i = 0..cells, j = 0..i (side 0) or i..cells (side 1).
+    // Fastest.
+    void sample(const Half& half, int cells, std::span<double> heights) const;
 
     // Finest spacing, in metres, of the samples that win somewhere in the region of a diamond; +infinity
     // where only the base height applies. May look a little beyond the region (16 samples; an eighth of the
