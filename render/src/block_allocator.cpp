@@ -15,6 +15,9 @@ struct Shelf {
     std::size_t kept = 0;
 };
 
+// A thread that finds it taken does without: nobody waits for a thread that was put aside while it had it.
+using TryLock = std::unique_lock<std::mutex>;
+
 // Never destroyed: meshes may outlive everything.
 Shelf& shelf() {
     static Shelf& shelf = *new Shelf;
@@ -26,8 +29,9 @@ Shelf& shelf() {
 void* take_block(std::size_t bytes) {
     if (bytes >= kLeast) {
         Shelf& s = shelf();
-        const std::lock_guard lock(s.mutex);
-        if (const auto it = s.blocks.find(bytes); it != s.blocks.end() && !it->second.empty()) {
+        const TryLock lock(s.mutex, std::try_to_lock);
+        const auto it = lock ? s.blocks.find(bytes) : s.blocks.end();
+        if (it != s.blocks.end() && !it->second.empty()) {
             void* const block = it->second.back();
             it->second.pop_back();
             s.kept -= bytes;
@@ -40,8 +44,8 @@ void* take_block(std::size_t bytes) {
 void give_block(void* block, std::size_t bytes) noexcept {
     if (bytes >= kLeast) {
         Shelf& s = shelf();
-        const std::lock_guard lock(s.mutex);
-        if (s.kept + bytes <= kGreatestKept) {
+        const TryLock lock(s.mutex, std::try_to_lock);
+        if (lock && s.kept + bytes <= kGreatestKept) {
             try {
                 s.blocks[bytes].push_back(block);
                 s.kept += bytes;

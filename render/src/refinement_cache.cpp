@@ -15,12 +15,13 @@ Refinement* RefinementCache::find(DiamondId id) {
     return it->second->get();
 }
 
-void RefinementCache::insert(std::unique_ptr<Refinement> refinement) {
+std::unique_ptr<Refinement> RefinementCache::insert(std::unique_ptr<Refinement> refinement) {
     const DiamondId id = refinement->id;
-    (void)extract(id);
+    std::unique_ptr<Refinement> before = extract(id);
     bytes_ += bytes_of(*refinement);
     entries_.push_front(std::move(refinement));
     by_id_.emplace(id, entries_.begin());
+    return before;
 }
 
 std::unique_ptr<Refinement> RefinementCache::extract(DiamondId id) {
@@ -33,8 +34,8 @@ std::unique_ptr<Refinement> RefinementCache::extract(DiamondId id) {
     return out;
 }
 
-void RefinementCache::shrink(std::uint64_t bytes) {
-    while (bytes_ > bytes && !entries_.empty()) (void)extract(entries_.back()->id);
+std::unique_ptr<Refinement> RefinementCache::extract_oldest() {
+    return entries_.empty() ? nullptr : extract(entries_.back()->id);
 }
 
 }  // namespace carat

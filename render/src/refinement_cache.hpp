@@ -14,15 +14,15 @@ class RefinementCache {
     bool contains(DiamondId id) const { return by_id_.contains(id); }
     // Null if there is none; else it is now the most recently used.
     Refinement* find(DiamondId id);
-    // Replaces one of the same diamond.
-    void insert(std::unique_ptr<Refinement> refinement);
+    // Returns the one of the same diamond that it replaces.
+    std::unique_ptr<Refinement> insert(std::unique_ptr<Refinement> refinement);
     std::unique_ptr<Refinement> extract(DiamondId id);
 
     std::uint64_t bytes() const { return bytes_; }
     // To be called when a mesh has been added to a refinement in here.
     void grew(std::uint64_t bytes) { bytes_ += bytes; }
-    // Lets go of the least recently used until at most this much is left.
-    void shrink(std::uint64_t bytes);
+    // Takes out the least recently used; null if there is none.
+    std::unique_ptr<Refinement> extract_oldest();
 
   private:
     using Entries = std::list<std::unique_ptr<Refinement>>;  // most recently used first

@@ -52,6 +52,7 @@ void Refiner::State::begin(const View& view, const RefineGoal& goal, const Refin
     check(goal.spacing >= 0, "the spacing on screen must not be negative");
     check(budget.milliseconds > 0, "the time of a frame must be positive");
     constexpr double kForEver = 1e8;  // more than a day
+    budget_ms_ = budget.milliseconds;
     to_the_end_ = !(budget.milliseconds < kForEver);
     direct_ = to_the_end_ && budget.upload_bytes == std::numeric_limits<std::size_t>::max();
     end_ = to_the_end_ ? Clock::time_point::max() : start_ + nanoseconds(budget.milliseconds);
@@ -89,7 +90,7 @@ RefinedFrame Refiner::State::frame(const View& view, const RefineGoal& goal, con
                  to_the_end_ ? 0 : std::chrono::duration<double, std::milli>(end_ - Clock::now()).count());
     collect(pool_.take());
     cover_missing_meshes();
-    cache_.shrink(options_.bytes - std::min(options_.bytes, live_bytes_));
+    shrink_cache();
     RefinedFrame out = finish();
     if (!to_the_end_) {
         const double last = thread_milliseconds();
@@ -106,6 +107,14 @@ void Refiner::State::refine_until_deadline() {
         request_missing_meshes();
         pool_.add(std::exchange(posted_, {}));
     } while (!time_is_up() && wait_for_work());
+}
+
+void Refiner::State::shrink_cache() {
+    while (live_bytes_ + cache_.bytes() > options_.bytes) {
+        std::unique_ptr<Refinement> oldest = cache_.extract_oldest();
+        if (!oldest) return;
+        discard(std::move(oldest));
+    }
 }
 
 // Patches that the frame draws from now on, and those it no longer does.
@@ -152,8 +161,8 @@ RefinedFrame Refiner::State::finish() {
         list_patches(out);
         count(out);
     }
-    // Rises at once, falls slowly.
-    finish_ms_ = std::max(list_ms, finish_ms_ + 0.1 * (list_ms - finish_ms_));
+    finish_ms_ = risen_or_eased(finish_ms_, list_ms);
+    pool_.empty_waste();
     out.counters = counters_;
     out.counters.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
     return out;
@@ -183,7 +192,7 @@ void Refiner::State::list_patches(RefinedFrame& out) {
         counters_.worst_error = std::max(counters_.worst_error, half->judgement.error);
         if (half->judgement.error > goal_.threshold && !half->judgement.demands) ++counters_.limited;
     }
-    previous_ = out.draw;
+    pool_.discard(std::make_shared<const MeshList>(std::exchange(previous_, out.draw)));
 }
 
 void Refiner::State::count(RefinedFrame& out) {

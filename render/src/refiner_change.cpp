@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "refiner_state.hpp"
+#include "stopwatch.hpp"
 
 namespace carat {
 
@@ -81,6 +83,7 @@ void Refiner::State::install(LiveNode& n) {
     std::unique_ptr<Refinement> refinement = cache_.extract(n.id);
     live_bytes_ += bytes_of(*refinement);
     graph_.install(n, std::move(*refinement));
+    discard(std::move(refinement));
     ++counters_.installed;
     work_through({n.child_halves.begin(), n.child_halves.end()});
     for (LiveHalf* half : n.child_halves) {
@@ -98,7 +101,7 @@ void Refiner::State::coarsen(LiveNode& n) {
     for (LiveHalf* half : n.child_halves) leave_frontier(*half);
     std::unique_ptr<Refinement> refinement = graph_.coarsen(n);
     live_bytes_ -= bytes_of(*refinement);
-    cache_.insert(std::move(refinement));
+    discard(cache_.insert(std::move(refinement)));
     ++counters_.coarsened;
     for (LiveHalf& half : n.halves) {
         if (half.judged != frame_) judge(half);
@@ -141,11 +144,18 @@ void Refiner::State::coarsen_with_children(LiveNode& n) {
 // A half in sight whose mesh has not come in time gives way to the coarser half around it. The faces' meshes
 // are always there.
 void Refiner::State::cover_missing_meshes() {
-    while (!missing_.empty()) {
-        const Half half = *missing_.begin();
-        coarsen_with_children(*graph_.find(*parent(half.diamond, half.side)));
-        ++counters_.forced_coarse;
+    if (missing_.empty()) return;
+    const auto uncovered = static_cast<double>(std::max<std::size_t>(missing_.size(), 8));
+    double milliseconds = 0;
+    {
+        const Stopwatch watch(milliseconds);
+        while (!missing_.empty()) {
+            const Half half = *missing_.begin();
+            coarsen_with_children(*graph_.find(*parent(half.diamond, half.side)));
+            ++counters_.forced_coarse;
+        }
     }
+    cover_ms_ = risen_or_eased(cover_ms_, milliseconds / uncovered);
 }
 
 // Meshes of refined diamonds serve only to coarsen at once.
@@ -155,7 +165,7 @@ void Refiner::State::drop_inner_meshes() {
         for (LiveHalf& half : n->halves) {
             if (!half.data.mesh) continue;
             live_bytes_ -= maker_.mesh_bytes();
-            half.data.mesh.reset();
+            pool_.discard(std::exchange(half.data.mesh, nullptr));
             half.data.published = false;
         }
     }

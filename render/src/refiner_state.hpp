@@ -1,6 +1,7 @@
 // The frame loop of a Refiner.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <queue>
 #include <unordered_set>
@@ -12,6 +13,11 @@
 #include "worker_pool.hpp"
 
 namespace carat {
+
+// An estimate that follows its measurements up at once and down slowly.
+inline double risen_or_eased(double estimate, double measured) {
+    return std::max(measured, estimate + 0.1 * (measured - estimate));
+}
 
 class Refiner::State {
   public:
@@ -30,6 +36,7 @@ class Refiner::State {
         WorkTimes times;
     };
     using Pool = WorkerPool<WorkResult>;
+    using MeshList = std::vector<std::shared_ptr<const PatchMesh>>;
     // A diamond to refine: greatest error first, coarse before fine.
     struct Candidate {
         double priority;
@@ -43,6 +50,7 @@ class Refiner::State {
     void refine_until_deadline();
     RefinedFrame finish();
     void sync_seams();
+    void shrink_cache();
     void list_patches(RefinedFrame& out);
     void count(RefinedFrame& out);
 
@@ -80,10 +88,20 @@ class Refiner::State {
     void request_missing_meshes();
     bool wait_for_work();
     void collect(std::vector<Pool::Done> results);
+    // Workers destroy what falls away: that takes longer than a frame may.
+    void discard(std::unique_ptr<Refinement> refinement) {
+        if (refinement) pool_.discard(std::shared_ptr<const Refinement>(std::move(refinement)));
+    }
     void take_refinement(std::unique_ptr<Refinement> refinement);
     void take_mesh(std::shared_ptr<PatchMesh> mesh);
 
-    bool time_is_up() const { return Clock::now() >= deadline_; }
+    // Of refinement: leaves what covering halves without meshes would take if it were now.
+    Clock::time_point stop_at() const {
+        if (to_the_end_ || missing_.empty()) return deadline_;
+        const double cover_ms = std::min(0.3 * budget_ms_, cover_ms_ * static_cast<double>(missing_.size()));
+        return deadline_ - std::chrono::nanoseconds(static_cast<std::int64_t>(1e6 * cover_ms));
+    }
+    bool time_is_up() const { return Clock::now() >= stop_at(); }
 
     const std::shared_ptr<const Repository> repository_;
     const RefinerOptions options_;
@@ -99,8 +117,9 @@ class Refiner::State {
     // Of the current frame.
     std::uint64_t frame_ = 0;
     Clock::time_point start_, deadline_, end_;  // of refinement; of the frame
-    bool to_the_end_ = false;                   // no time limit: the least cut, nothing kept
-    bool direct_ = false;                       // moreover, no meshes for steps on the way
+    double budget_ms_ = 0;
+    bool to_the_end_ = false;  // no time limit: the least cut, nothing kept
+    bool direct_ = false;      // moreover, no meshes for steps on the way
     RefineGoal goal_;
     std::uint64_t upload_left_ = 0;  // bytes
     bool full_ = false;              // a budget other than time stopped refinement
@@ -115,10 +134,11 @@ class Refiner::State {
     RefineCounters counters_;
 
     // Of all frames.
-    std::uint64_t live_bytes_ = 0;                            // in the graph
-    double reserve_ms_ = 0;                                   // of the frame, after refinement
-    double finish_ms_ = 0.2;                                  // what a frame's end took lately
-    std::vector<std::shared_ptr<const PatchMesh>> previous_;  // drawn in the last frame, by half
+    std::uint64_t live_bytes_ = 0;  // in the graph
+    double reserve_ms_ = 0;         // of the frame, after refinement
+    double cover_ms_ = 0.005;       // what covering a half without mesh took lately
+    double finish_ms_ = 0.2;        // what a frame's end took lately
+    MeshList previous_;             // drawn in the last frame, by half
 
     Pool pool_;  // last: its threads use the members above
 };

@@ -52,7 +52,7 @@ bool Refiner::State::wait_for_work() {
     std::vector<Pool::Done> results;
     {
         const Stopwatch watch(counters_.wait_ms);
-        results = pool_.take(deadline_);
+        results = pool_.take(stop_at());
     }
     const bool any = !results.empty();
     collect(std::move(results));
@@ -76,10 +76,10 @@ void Refiner::State::collect(std::vector<Pool::Done> results) {
 void Refiner::State::take_refinement(std::unique_ptr<Refinement> refinement) {
     if (!refinement->by_file) ++counters_.virtual_decoded;
     const LiveNode* const n = graph_.find(refinement->id);
-    if (n != nullptr && n->refined) return;
+    if (n != nullptr && n->refined) return discard(std::move(refinement));
     if (n != nullptr && n->needed == frame_ && n->complete())
         candidates_.push({n->priority, n->level, n->id});
-    cache_.insert(std::move(refinement));
+    discard(cache_.insert(std::move(refinement)));
 }
 
 void Refiner::State::take_mesh(std::shared_ptr<PatchMesh> mesh) {
