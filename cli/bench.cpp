@@ -4,6 +4,7 @@
 
 #ifdef CARAT_HAS_BENCH
 #include <cmath>
+#include <fstream>
 
 #include "bench.hpp"
 #include "values.hpp"
@@ -12,6 +13,13 @@
 namespace carat::cli {
 
 #ifdef CARAT_HAS_BENCH
+void write_text(const std::string& file, const std::string& text) {
+    if (file.empty()) return;
+    std::ofstream out(file, std::ios::binary);
+    out << text;
+    if (!out.flush()) throw Error(ErrorCode::io, file + ": cannot be written");
+}
+
 void add_crop(CLI::App& sub, std::optional<bench::Crop>& crop) {
     add_value(sub, "--crop", "X,Y,W,H", "Part of each raster, pixels", [&crop](const std::string& text) {
         const std::vector<double> v = parse_numbers(text, 4);
@@ -35,6 +43,7 @@ void add_bench(CLI::App& app, Globals& globals) {
     add_bench_refine(sub, globals);
     add_bench_deadline(sub, globals);
     add_bench_scaling(sub, globals);
+    add_bench_stability(sub, globals);
 #else
     sub.allow_extras();
     on_run(sub, globals, []() -> int {

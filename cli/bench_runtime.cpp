@@ -1,9 +1,9 @@
 // carat bench refine, deadline and scaling: the runtime without a GPU.
 #include <fmt/core.h>
 
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "bench.hpp"
 #include "carat/bench/deadline.hpp"
@@ -18,13 +18,6 @@ namespace carat::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-void write_text(const std::string& file, const std::string& text) {
-    if (file.empty()) return;
-    std::ofstream out(file, std::ios::binary);
-    out << text;
-    if (!out.flush()) throw Error(ErrorCode::io, file + ": cannot be written");
-}
 
 struct RefineOptions {
     std::string file, csv;
@@ -79,7 +72,7 @@ int run_refine(const RefineOptions& o) {
 
 struct FlightOptions {
     std::vector<std::string> files;
-    std::array<double, 2> place{36.58, -118.29};
+    std::optional<Geodetic> place;
     std::array<int, 2> size{1280, 720};
     std::string csv;
     bool json = false;
@@ -98,8 +91,9 @@ int run_deadline(FlightOptions o, const Globals& globals) {
     o.bench.progress = [&](const std::string& what, std::size_t done, std::size_t total) {
         return progress.update(what, done, total);
     };
-    const auto flights = bench::standard_flights({o.place[0], o.place[1]});
-    const auto rows = bench::measure_deadlines(Repository::open(o.files.at(0)), flights, o.bench);
+    const auto file = Repository::open(o.files.at(0));
+    const auto flights = bench::shipped_flights(file, o.place);
+    const auto rows = bench::measure_deadlines(file, flights, o.bench);
     progress.finish();
     if (rows.size() < flights.size() * o.bench.budgets_ms.size()) return kInterrupted;
     std::string csv =
@@ -151,13 +145,14 @@ int run_deadline(FlightOptions o, const Globals& globals) {
 
 int run_scaling(FlightOptions o) {
     use(o);
-    const bench::NamedFlight flight = bench::standard_flights({o.place[0], o.place[1]}).front();
     std::string csv =
         "file,bytes,diamonds,frame_ms,selection_ms,work_ms,triangles,bytes_read,pages,decoded\n";
     fmt::print("{:<24} {:>12} {:>10} {:>9} {:>10} {:>8} {:>10} {:>10} {:>7} {:>8}\n", "file", "bytes",
                "diamonds", "frame ms", "select ms", "work ms", "triangles", "read", "pages", "decoded");
     for (const std::string& file : o.files) {
-        const bench::ScalingRow r = bench::measure_flight(Repository::open(file), flight, o.bench);
+        const auto repository = Repository::open(file);
+        const FlightPath flight = bench::flight_over(repository, "orbit-to-ground", o.place);
+        const bench::ScalingRow r = bench::measure_flight(repository, flight, o.bench);
         csv += fmt::format("{},{},{},{:.4f},{:.4f},{:.4f},{:.0f},{:.0f},{:.3f},{:.3f}\n", file, r.file_bytes,
                            r.diamonds, r.frame_ms, r.selection_ms, r.work_ms, r.triangles, r.bytes_read,
                            r.pages, r.decoded);
@@ -178,7 +173,7 @@ Example:
   carat bench refine california.carat --threads 1,2,4)";
 
 constexpr const char* kDeadlineFooter = R"(
-Flies three flights around --at (from orbit to the ground; low over the relief; jumps and turns) with a budget of
+Flies the three paths that come with Carat (see carat fly --help) with a budget of
 refinement a frame, and prints by how much frames exceeded it, beside the same number of plain timed waits of
 that length in the same run: what the machine itself is late by. "late" is the same by the processor time of the
 frame's thread: what it would be late by on a core of its own. No GPU is used. "jump s" is the time to the converged
@@ -194,7 +189,11 @@ Example:
   carat bench scaling planet.carat planet8.carat planet64.carat)";
 
 void add_flight_options(CLI::App& sub, const std::shared_ptr<FlightOptions>& o) {
-    add_numbers(sub, "--at", o->place, "LAT,LON", "Where the flights lead (default 36.58,-118.29)");
+    add_value(sub, "--at", "LAT,LON", "Where the flights lead (default 36.58,-118.29)",
+              [o](const std::string& text) {
+                  const auto v = parse_numbers(text, 2);
+                  o->place = Geodetic{v[0], v[1]};
+              });
     add_value(sub, "--size", "WxH", "Pixels (default 1280x720)",
               [o](const std::string& text) { o->size = parse_picture_size(text); });
     sub.add_option("--error", o->bench.goal.threshold, "Greatest error on the screen, pixels (default 1)")

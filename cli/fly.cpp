@@ -1,19 +1,24 @@
-// carat fly: a flight along keyframes, every frame converged.
+// carat fly: a flight along keyframes, every frame converged or refined within a budget of time.
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
 #include <cmath>
-#include <fstream>
+#include <deque>
+#include <limits>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <optional>
 
+#include "carat/codec/surface.hpp"
 #include "carat/globe/error.hpp"
-#include "carat/render/draw_list.hpp"
-#include "carat/render/flight.hpp"
+#include "carat/render/flight_path.hpp"
+#include "carat/render/refiner.hpp"
 #include "commands.hpp"
+#include "flight_stats.hpp"
 #include "frame_sink.hpp"
+#include "interrupt.hpp"
 #include "look.hpp"
+#include "pipeline_cache.hpp"
 #include "progress.hpp"
 #include "values.hpp"
 
@@ -21,16 +26,24 @@ namespace carat::cli {
 namespace {
 
 struct Options {
-    std::string file, path, output, stats;
+    std::string file, path, output, stats, format = "png";
+    std::optional<std::array<double, 2>> place;
     std::array<int, 2> size{1280, 720};
-    double fps = 30, error = 1, spacing = 1.5;
+    double fps = 30;
+    std::optional<double> budget;
+    bool converged = false, json = false, overwrite = false;
+    std::size_t upload = 8u << 20;
+    RefineGoal goal{1, 1.5};
+    RefinerOptions refiner;
     Look look;
     RendererOptions renderer;
-    bool overwrite = false;
 };
 
 constexpr const char* kFooter = R"(
-Every frame is converged: a pure function of the file and the view, whatever was drawn before.
+--converged (the default): every frame is refined to --error and --spacing, however long that takes; the pictures are a pure
+function of the file and the path, the same bytes every run. --budget MS: what is ready after so many milliseconds of
+refinement is drawn, worker threads go on with the rest, and the next frame takes up there. Each frame is a step of
+1/fps seconds along the path, however long drawing takes.
 
 The path is JSON: a list of keyframes with "time" (seconds), "lat", "lon" (degrees), "height" (metres above the
 ellipsoid), "heading", "pitch" and "fov" (degrees; default 0, -90, 45). Between them the eye follows the geodesic, faster
@@ -39,102 +52,172 @@ the higher it is, and its height changes by equal factors in equal times.
   [{"time": 0, "lat": 20, "lon": -110, "height": 9e6, "pitch": -90},
    {"time": 8, "lat": 36, "lon": -118.5, "height": 6000, "heading": 20, "pitch": -10}]
 
-OUT.mp4 needs ffmpeg; any other output is a folder of frame-00001.png and so on. --stats has one CSV line a frame.
+A path round a place is {"name": TEXT, "place": [LAT, LON], "keyframes": LIST}: its keyframes may have "north" and "east"
+(degrees from the place) and "above" (metres above the file's ground at the place), and --at flies it elsewhere. Three come with
+Carat and are known by name: orbit-to-ground, mountain-skim and jumps-and-turns (Mount Whitney, California).
+
+OUT.mp4 needs ffmpeg; any other output is a folder of frame-00001.png and so on. --stats has one CSV line a frame: the cut
+and what was culled, pages and bytes read, diamonds decoded and predicted, patches uploaded, milliseconds by stage.
 
 Examples:
   carat fly earth.carat --path descent.json --size 1280x720 -o descent.mp4
-  carat fly earth.carat --path descent.json --fps 10 --stats descent.csv -o frames)";
+  carat fly earth.carat --path mountain-skim --at 27.99,86.93 --budget 8 --fps 60 --stats skim.csv -o frames)";
 
-Keyframe keyframe(const nlohmann::json& j) {
-    Keyframe k;
-    k.time = j.at("time").get<double>();
-    k.eye = {j.at("lat").get<double>(), j.at("lon").get<double>()};
-    k.height = j.at("height").get<double>();
-    k.heading = j.value("heading", 0.0);
-    k.pitch = j.value("pitch", -90.0);
-    k.fov = j.value("fov", 45.0);
-    return k;
+void check(const Options& o) {
+    if (o.converged && o.budget) throw Error(ErrorCode::usage, "--converged and --budget exclude each other");
 }
 
-std::vector<Keyframe> read_path(const std::string& file) {
-    std::ifstream in(file);
-    if (!in) throw Error(ErrorCode::io, file + ": cannot open");
-    try {
-        std::vector<Keyframe> keys;
-        for (const auto& j : nlohmann::json::parse(in)) keys.push_back(keyframe(j));
-        return keys;
-    } catch (const nlohmann::json::exception& e) {
-        throw Error(ErrorCode::corrupt, file + ": " + e.what());
-    }
+FlightPath path_of(const Options& o, const std::shared_ptr<const Repository>& file) {
+    FlightSite site;
+    if (o.place) site.place = Geodetic{(*o.place)[0], (*o.place)[1]};
+    site.ground = [&](const Geodetic& place) {
+        return Surface(file, 1).sample(lattice_position(direction(place))).height;
+    };
+    return read_flight_path(o.path, site);
 }
 
-// One CSV line a frame.
-class FrameTable {
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Refines a frame while the device draws the one before.
+class Pilot {
   public:
-    explicit FrameTable(const std::string& file) : name_(file) {
-        if (name_.empty()) return;
-        out_.open(name_);
-        if (!out_) throw Error(ErrorCode::io, name_ + ": cannot create");
-        out_ << "frame,time_s,lat,lon,height_m,patches,triangles,refined,decoded,virtual,worst_error_px,"
-                "pages,bytes,"
-                "uploaded,selection_ms,decode_ms,build_ms,upload_ms,gpu_ms,total_ms\n";
+    using Clock = std::chrono::steady_clock;
+    Pilot(const Options& o, const std::shared_ptr<const Repository>& file)
+        : o_(o),
+          body_(file->header().ellipsoid()),
+          flight_(body_, path_of(o, file).keyframes),
+          refiner_(file, o.refiner),
+          sink_(o.output, o.fps, o.overwrite, o.format),
+          stats_(o.stats, file->file_bytes(), o.fps, budget().milliseconds, o.goal.threshold) {
+        RendererOptions options = o.renderer;
+        options.cells = file->header().cells();
+        renderer_ = std::make_unique<Renderer>(body_, length_unit(body_), options);
     }
-    void add(int frame, double time, const ViewRequest& v, const CutCounters& c, const FrameCounters& f,
-             double total) {
-        if (name_.empty()) return;
-        out_ << fmt::format(
-            "{},{:.4f},{:.7f},{:.7f},{:.3f},{},{},{},{},{},{:.4f},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f},"
-            "{:.2f},{:.2f}\n",
-            frame, time, v.eye.latitude, v.eye.longitude, v.height, c.patches, c.triangles, c.refined,
-            c.decoded, c.virtual_refined, c.worst_error, c.read.pages, c.read.bytes, f.patches_uploaded,
-            c.selection_ms, c.decode_ms, c.build_ms, f.upload_ms, f.gpu_ms, total);
-        if (!out_) throw Error(ErrorCode::io, name_ + ": cannot write");
+
+    int frames() const { return static_cast<int>(std::floor(flight_.duration() * o_.fps)) + 1; }
+    const FlightStats& stats() const { return stats_; }
+    const Renderer& renderer() const { return *renderer_; }
+
+    // k: from 0, in order.
+    void fly(int k) {
+        const auto started = Clock::now();
+        FrameRow row;
+        row.frame = k + 1;
+        row.time = k / o_.fps;
+        row.where = flight_.at(row.time);
+        row.where.width = o_.size[0];
+        row.where.image_height = o_.size[1];
+        const View view(body_, row.where);
+        const RefinedFrame refined = refiner_.frame(view, o_.goal, budget());
+        if (!o_.budget && !refined.converged)
+            throw Error(ErrorCode::limit, fmt::format("frame {} needs more than --memory allows", k + 1));
+        row.cut = refined.counters;
+        row.converged = refined.converged;
+        renderer_->submit(draw_request(o_.look, row.where, view, body_), refined.draw);
+        std::optional<Frame> done;
+        if (renderer_->frames_in_flight() == kFramesInFlight) done = renderer_->collect();
+        row.frame_ms = milliseconds_since(started);
+        under_way_.push_back(std::move(row));
+        if (done) land(*done);
+    }
+
+    void finish() {
+        while (renderer_->frames_in_flight() > 0) {
+            const auto started = Clock::now();
+            const Frame frame = renderer_->collect();
+            under_way_.front().frame_ms += milliseconds_since(started);
+            land(frame);
+        }
+        sink_.finish();
+        for (const std::string& message : renderer_->messages())
+            throw Error(ErrorCode::io, "Vulkan: " + message);
     }
 
   private:
-    std::string name_;
-    std::ofstream out_;
+    RefineBudget budget() const {
+        RefineBudget budget;
+        if (!o_.budget) return budget;
+        budget.milliseconds = *o_.budget;
+        budget.upload_bytes = o_.upload;
+        return budget;
+    }
+
+    void land(const Frame& frame) {
+        FrameRow row = std::move(under_way_.front());
+        under_way_.pop_front();
+        const auto started = Clock::now();
+        sink_.add(frame.colour);
+        row.write_ms = milliseconds_since(started);
+        row.gpu = frame.counters;
+        stats_.add(row);
+    }
+
+    const Options& o_;
+    Ellipsoid body_;
+    Flight flight_;
+    Refiner refiner_;
+    FrameSink sink_;
+    FlightStats stats_;
+    std::unique_ptr<Renderer> renderer_;
+    std::deque<FrameRow> under_way_;
 };
 
-int run(const Options& o, const Globals& globals) {
-    using Clock = std::chrono::steady_clock;
-    const auto begin = Clock::now();
+int run(Options o, const Globals& globals) {
+    check(o);
+    if (!o.budget) o.refiner.triangles = std::numeric_limits<std::uint64_t>::max();
+    catch_interrupts();
+    const auto begin = std::chrono::steady_clock::now();
     const auto file = Repository::open(o.file);
-    const Ellipsoid body = file->header().ellipsoid();
-    const Flight flight(body, read_path(o.path));
-    FrameSink sink(o.output, o.fps, o.overwrite);
-    FrameTable table(o.stats);
-    RendererOptions options = o.renderer;
-    options.cells = file->header().cells();
-    std::unique_ptr<Renderer> renderer;
-
-    const int frames = static_cast<int>(std::floor(flight.duration() * o.fps)) + 1;
+    Pilot pilot(o, file);
+    const int frames = pilot.frames();
     Progress progress("frames", globals.quiet);
     for (int k = 0; k < frames; ++k) {
-        const auto started = Clock::now();
-        const double time = k / o.fps;
-        ViewRequest where = flight.at(time);
-        where.width = o.size[0];
-        where.image_height = o.size[1];
-        const View view(body, where);
-        if (!renderer) renderer = std::make_unique<Renderer>(body, view.unit(), options);
-        const DrawList list = converged_cut(*file, view, o.error, o.spacing);
-        const Frame frame = renderer->draw(draw_request(o.look, where, view, body), list.meshes);
-        sink.add(frame.colour);
-        const double total = std::chrono::duration<double, std::milli>(Clock::now() - started).count();
-        table.add(k + 1, time, where, list.counters, frame.counters, total);
+        pilot.fly(k);
         if (!progress.update("flying", static_cast<std::uint64_t>(k) + 1, static_cast<std::uint64_t>(frames)))
             return kInterrupted;
     }
     progress.finish();
-    sink.finish();
-    for (const std::string& message : renderer->messages()) throw Error(ErrorCode::io, "Vulkan: " + message);
-    if (!globals.quiet) {
-        const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-        fmt::print(stderr, "{}: {} frames, {:.2f} s each on {}\n", o.output, frames, seconds / frames,
-                   renderer->device_name());
+    pilot.finish();
+    if (o.json) {
+        nlohmann::ordered_json json = pilot.stats().json();
+        json["device"] = pilot.renderer().device_name();
+        fmt::print("{}\n", json.dump(2));
+    } else if (!globals.quiet) {
+        fmt::print(stderr, "{}: {:.2f} s a frame on {}\n{}\n", o.output,
+                   milliseconds_since(begin) / 1000 / frames, pilot.renderer().device_name(),
+                   pilot.stats().text());
     }
     return kSuccess;
+}
+
+void add_refinement_options(CLI::App& sub, Options& o) {
+    const char* group = "Refinement";
+    sub.add_flag("--converged", o.converged, "Refine every frame to the end (the default)")->group(group);
+    sub.add_option("--budget", o.budget, "Milliseconds of refinement a frame: draw what is ready then")
+        ->check(between(0.1, 60'000.0))
+        ->group(group);
+    sub.add_option("--error", o.goal.threshold, "Greatest error on the screen, pixels (default 1)")
+        ->check(CLI::PositiveNumber)
+        ->group(group);
+    sub.add_option("--spacing", o.goal.spacing,
+                   "Greatest distance of samples on the screen, pixels, where the file has finer "
+                   "ones; 0: --error alone decides (default 1.5)")
+        ->check(CLI::NonNegativeNumber)
+        ->group(group);
+    add_value(sub, "--upload", "SIZE", "Of patches new to the device a frame, with --budget (default 8M)",
+              [&o](const std::string& text) { o.upload = parse_size(text); })
+        ->group(group);
+    sub.add_option("--triangles", o.refiner.triangles, "A frame, at most, with --budget (default 16000000)")
+        ->check(between(1, 2'000'000'000))
+        ->group(group);
+    add_value(sub, "--memory", "SIZE", "Of heights and patches kept (default 2G)",
+              [&o](const std::string& text) { o.refiner.bytes = parse_size(text); })
+        ->group(group);
+    sub.add_option("--threads", o.refiner.threads, "Workers (default: one for each core)")
+        ->check(between(1, 1024))
+        ->group(group);
 }
 
 }  // namespace
@@ -144,18 +227,24 @@ void add_fly(CLI::App& app, Globals& globals) {
     CLI::App& sub = *app.add_subcommand("fly", "Draw a flight over the planet");
     sub.footer(kFooter);
     sub.add_option("FILE", o->file, "A .carat file")->required();
-    sub.add_option("--path", o->path, "Keyframes")->type_name("PATH.json")->required();
+    sub.add_option("--path", o->path, "Keyframes: a file, or the name of a path that comes with Carat")
+        ->type_name("PATH.json")
+        ->required();
+    add_value(sub, "--at", "LAT,LON", "Where to fly a path that is round a place",
+              [o](const std::string& text) {
+                  const auto v = parse_numbers(text, 2);
+                  o->place = {v[0], v[1]};
+              });
     sub.add_option("-o,--output", o->output, "A film, OUT.mp4, or a folder of pictures")->required();
     sub.add_option("--fps", o->fps, "Frames a second (default 30)")->check(CLI::Range(0.01, 1000.0));
     add_value(sub, "--size", "WxH", "Pixels (default 1280x720)",
               [o](const std::string& text) { o->size = parse_picture_size(text); });
-    sub.add_option("--error", o->error, "Greatest error on the screen, pixels (default 1)")
-        ->check(CLI::PositiveNumber);
-    sub.add_option("--spacing", o->spacing,
-                   "Greatest distance of samples on the screen, pixels, where the file has finer "
-                   "ones; 0: --error alone decides (default 1.5)")
-        ->check(CLI::NonNegativeNumber);
     sub.add_option("--stats", o->stats, "Counters and times, a line a frame")->type_name("OUT.csv");
+    sub.add_flag("--json", o->json, "Print the summary as JSON");
+    sub.add_option("--format", o->format, "Of pictures in a folder: png (default) or exr, linear")
+        ->check(CLI::IsMember({"png", "exr"}));
+    add_refinement_options(sub, *o);
+    add_pipeline_cache(sub, o->renderer.pipeline_cache);
     sub.add_option("--device", o->renderer.device, "Vulkan device: part of its name, or its number");
     sub.add_flag("--validation", o->renderer.validation,
                  "Fail on any message of the Vulkan validation layer");

@@ -23,12 +23,20 @@ std::string shell_quoted(const std::string& text) {
     return out + "'";
 }
 
+// Without coverage, which a film and a PNG of it have no use for.
+Picture opaque(const Picture& p) {
+    Picture out{p.width, p.height, {"R", "G", "B"}, {}};
+    out.values.reserve(p.values.size() / p.channels.size() * 3);
+    for (std::size_t k = 0; k < p.values.size(); k += p.channels.size())
+        out.values.insert(out.values.end(), {p.values[k], p.values[k + 1], p.values[k + 2]});
+    return out;
+}
+
 }  // namespace
 
-FrameSink::FrameSink(std::string output, double fps, bool overwrite)
-    : output_(std::move(output)), fps_(fps), film_(ends_with(output_, ".mp4")) {
-    const bool taken = film_ ? std::filesystem::exists(output_)
-                             : std::filesystem::exists(std::filesystem::path(output_) / "frame-00001.png");
+FrameSink::FrameSink(std::string output, double fps, bool overwrite, const std::string& extension)
+    : output_(std::move(output)), extension_(extension), fps_(fps), film_(ends_with(output_, ".mp4")) {
+    const bool taken = std::filesystem::exists(film_ ? output_ : file_of(1));
     if (taken && !overwrite)
         throw Error(ErrorCode::usage, output_ + ": exists already; --overwrite replaces it");
     if (film_) return;
@@ -56,11 +64,14 @@ void FrameSink::open_film(const Picture& first) {
     if (pipe_ == nullptr) throw Error(ErrorCode::io, output_ + ": cannot start ffmpeg");
 }
 
+std::string FrameSink::file_of(int frame) const {
+    return (std::filesystem::path(output_) / fmt::format("frame-{:05}.{}", frame, extension_)).string();
+}
+
 void FrameSink::add(const Picture& colour) {
     ++frames_;
     if (!film_) {
-        write_picture((std::filesystem::path(output_) / fmt::format("frame-{:05}.png", frames_)).string(),
-                      colour);
+        write_picture(file_of(frames_), extension_ == "exr" ? colour : opaque(colour));
         return;
     }
     if (pipe_ == nullptr) open_film(colour);

@@ -18,6 +18,7 @@
 #include "carat/vulkan/renderer.hpp"
 #include "commands.hpp"
 #include "look.hpp"
+#include "pipeline_cache.hpp"
 #include "render_stats.hpp"
 #include "text.hpp"
 #include "values.hpp"
@@ -99,6 +100,7 @@ void add_output_options(CLI::App& sub, Options& o) {
     sub.add_option("--threads", o.threads, "Threads (default: all)")
         ->check(CLI::Range(1, 1024))
         ->group(group);
+    add_pipeline_cache(sub, o.renderer.pipeline_cache)->group(group);
     sub.add_flag("--validation", o.renderer.validation, "Fail on any message of the Vulkan validation layer")
         ->group(group);
 }

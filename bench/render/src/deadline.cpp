@@ -6,6 +6,9 @@
 #include <condition_variable>
 #include <mutex>
 
+#include "carat/codec/surface.hpp"
+#include "carat/globe/locate.hpp"
+
 namespace carat::bench {
 namespace {
 
@@ -55,7 +58,7 @@ double seconds_to_converge(const std::shared_ptr<const Repository>& repository, 
 }
 
 DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const Ellipsoid& body,
-                    const NamedFlight& named, double budget_ms, const DeadlineOptions& o) {
+                    const FlightPath& named, double budget_ms, const DeadlineOptions& o) {
     const Flight flight(body, named.keyframes);
     Refiner refiner(repository, o.refiner);
     RefineBudget budget;
@@ -89,26 +92,20 @@ DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const E
 
 }  // namespace
 
-std::vector<NamedFlight> standard_flights(const Geodetic& p) {
-    const auto at = [&](double time, double north, double east, double height, double heading, double pitch) {
-        Keyframe k;
-        k.time = time;
-        k.eye = {p.latitude + north, p.longitude + east};
-        k.height = height;
-        k.heading = heading;
-        k.pitch = pitch;
-        return k;
-    };
-    return {
-        {"orbit to ground",
-         {at(0, -5, -10, 2e7, 0, -90), at(10, -0.5, 0, 3e5, 20, -50), at(20, 0, 0, 4600, 20, -8)}},
-        {"mountain skim",
-         {at(0, -0.5, 0.2, 5000, 340, -6), at(10, 0.2, 0, 4500, 340, -4), at(20, 1, -0.3, 5000, 320, -6)}},
-        {"jumps and turns",
-         {at(0, 0, 0, 5000, 0, -10), at(3, 0.05, 0, 5000, 180, -10), at(3.001, 0.6, -1.2, 8000, 180, -20),
-          at(6, 0.6, -1.1, 8000, 0, -20), at(6.001, -1, 1, 1e5, 90, -40), at(9, -1, 1.2, 1e5, 270, -40),
-          at(9.001, 30, 60, 1e6, 0, -60), at(12, 30, 62, 1e6, 90, -60), at(12.001, 0, 0, 4600, 90, -6),
-          at(15, 0, 0.02, 4600, 270, -6)}}};
+FlightPath flight_over(const std::shared_ptr<const Repository>& repository, const std::string& path,
+                       const std::optional<Geodetic>& place) {
+    const Surface surface(repository, 1);
+    return read_flight_path(path, {place, [&](const Geodetic& at) {
+                                       return surface.sample(lattice_position(direction(at))).height;
+                                   }});
+}
+
+std::vector<FlightPath> shipped_flights(const std::shared_ptr<const Repository>& repository,
+                                        const std::optional<Geodetic>& place) {
+    std::vector<FlightPath> out;
+    for (const std::string& name : shipped_flight_paths())
+        out.push_back(flight_over(repository, name, place));
+    return out;
 }
 
 Spread spread_of(std::vector<double> v) {
@@ -123,11 +120,10 @@ Spread spread_of(std::vector<double> v) {
 }
 
 std::vector<DeadlineRow> measure_deadlines(const std::shared_ptr<const Repository>& repository,
-                                           const std::vector<NamedFlight>& flights,
-                                           const DeadlineOptions& o) {
+                                           const std::vector<FlightPath>& flights, const DeadlineOptions& o) {
     const Ellipsoid body = repository->header().ellipsoid();
     std::vector<DeadlineRow> rows;
-    for (const NamedFlight& flight : flights)
+    for (const FlightPath& flight : flights)
         for (const double budget : o.budgets_ms) {
             if (o.progress && !o.progress(flight.name, rows.size(), flights.size() * o.budgets_ms.size()))
                 return rows;
@@ -136,7 +132,7 @@ std::vector<DeadlineRow> measure_deadlines(const std::shared_ptr<const Repositor
     return rows;
 }
 
-ScalingRow measure_flight(const std::shared_ptr<const Repository>& repository, const NamedFlight& named,
+ScalingRow measure_flight(const std::shared_ptr<const Repository>& repository, const FlightPath& named,
                           const DeadlineOptions& o) {
     const Ellipsoid body = repository->header().ellipsoid();
     const Flight flight(body, named.keyframes);

@@ -10,11 +10,14 @@
 //   heights    whole quanta, or 2^-25 of them below the leaves: always exact           half_heights.hpp
 //   patches    exact positions, normals by finite differences, stitched along edges    patch_builder.hpp
 //   draw list  all of the above in one call                                            draw_list.hpp
+//   flight     where the eye is along keyframes; paths as JSON                        flight.hpp, flight_path.hpp
 //   refiner    the cut from frame to frame, against deadlines, with workers            refiner.hpp
 #pragma once
 
 #include "carat/render/cut.hpp"
 #include "carat/render/draw_list.hpp"
+#include "carat/render/flight.hpp"
+#include "carat/render/flight_path.hpp"
 #include "carat/render/octahedral.hpp"
 #include "carat/render/patch_builder.hpp"
 #include "carat/render/patch_mesh.hpp"

@@ -7,17 +7,17 @@
 #include <vector>
 
 #include "carat/codec/repository.hpp"
-#include "carat/render/flight.hpp"
+#include "carat/render/flight_path.hpp"
 #include "carat/render/refiner.hpp"
 
 namespace carat::bench {
 
-struct NamedFlight {
-    std::string name;
-    std::vector<Keyframe> keyframes;
-};
-// Three flights around a place: from orbit to the ground, low and fast over the relief, jumps and turns.
-std::vector<NamedFlight> standard_flights(const Geodetic& place);
+// The paths that Carat ships (flight_path.hpp), over the file's ground; at their own place or another.
+std::vector<FlightPath> shipped_flights(const std::shared_ptr<const Repository>& repository,
+                                        const std::optional<Geodetic>& place = {});
+// One of them, or a file.
+FlightPath flight_over(const std::shared_ptr<const Repository>& repository, const std::string& path,
+                       const std::optional<Geodetic>& place = {});
 
 // Of a series of frames, milliseconds.
 struct Spread {
@@ -49,7 +49,7 @@ struct DeadlineOptions {
 };
 
 std::vector<DeadlineRow> measure_deadlines(const std::shared_ptr<const Repository>& repository,
-                                           const std::vector<NamedFlight>& flights,
+                                           const std::vector<FlightPath>& flights,
                                            const DeadlineOptions& options);
 
 // The cost of a converged flight, a frame.
@@ -60,7 +60,7 @@ struct ScalingRow {
     double work_ms = 0;       // mean, of the workers' decoding and building
     double triangles = 0, bytes_read = 0, pages = 0, decoded = 0;  // means
 };
-ScalingRow measure_flight(const std::shared_ptr<const Repository>& repository, const NamedFlight& flight,
+ScalingRow measure_flight(const std::shared_ptr<const Repository>& repository, const FlightPath& flight,
                           const DeadlineOptions& options);
 
 }  // namespace carat::bench
