@@ -1,6 +1,8 @@
 // Clip positions against double precision: an eye that creeps along the ground sees vertices move smoothly.
 #include <cmath>
+#include <cstring>
 
+#include "carat/bench/shader_arithmetic.hpp"
 #include "carat/globe/globe.hpp"
 #include "planet.hpp"
 
@@ -98,6 +100,35 @@ TEST_F(ClipPosition, DepthResolvesACentimetreAtTenMetres) {
         EXPECT_LT(next - w, 1e-3 * w) << altitude;
         EXPECT_NE(depth, static_cast<float>(near_plane / (w * 1.001))) << altitude;
     }
+}
+
+// carat bench stability sweeps what the shader computes without a GPU: the same bits.
+TEST_F(ClipPosition, TheArithmeticOfTheBenchIsTheShaders) {
+    Renderer& gpu = renderer(body, kCells);
+    std::size_t compared = 0;
+    for (const Geodetic place : kPlaces)
+        for (const int level : {0, 14, 27, 40}) {
+            const auto mesh = mesh_at(place, level);
+            for (const double altitude : {8000.5, 8100.0, 1e7}) {
+                DrawRequest request;
+                request.camera = look_down(body, place, body.a(), 1000, 1000, 90, 50, 21);
+                request.camera.eye = to_units(body.position(direction(place), altitude), length_unit(body));
+                const bench::ShaderCamera shader(request.camera, length_unit(body));
+                const float scale = static_cast<float>(1 / std::tan(request.camera.vertical_fov / 2));
+                const auto clip = gpu.clip_positions(request, mesh);
+                for (std::size_t v = 0; v < clip.size(); ++v) {
+                    UnitVector vertex;
+                    for (std::size_t k = 0; k < 3; ++k)
+                        vertex[k] = mesh->anchor[k] + mesh->vertices[v].offset[k];
+                    const auto p = bench::shader_position(shader, vertex);
+                    const std::array<float, 3> expected{p[0] * scale, -p[1] * scale, p[2]},
+                        found{clip[v][0], clip[v][1], clip[v][3]};
+                    ASSERT_EQ(std::memcmp(&expected, &found, sizeof(found)), 0) << level << ", vertex " << v;
+                    ++compared;
+                }
+            }
+        }
+    EXPECT_GT(compared, 10000u);
 }
 
 }  // namespace
