@@ -36,8 +36,6 @@ Picture levels(const Frame& frame) {
     return out;
 }
 
-bool is_exr(const std::string& path) { return std::filesystem::path(path).extension() == ".exr"; }
-
 // R, G, B: the background is opaque in pictures for the eye.
 Picture without_coverage(const Picture& colour) {
     constexpr std::size_t kColours = 3;
@@ -50,6 +48,8 @@ Picture without_coverage(const Picture& colour) {
 }
 
 }  // namespace
+
+bool is_exr(const std::string& path) { return std::filesystem::path(path).extension() == ".exr"; }
 
 AovList AovList::parse(const std::string& text) {
     AovList list;

@@ -7,6 +7,9 @@
 
 namespace carat::cli {
 
+// Whether a picture written under this name is linear and without bound.
+bool is_exr(const std::string& path);
+
 class AovList {
   public:
     // Names separated by commas: color, depth, normal, position, height, level. Throws Error(usage).

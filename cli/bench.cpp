@@ -44,6 +44,7 @@ void add_bench(CLI::App& app, Globals& globals) {
     add_bench_deadline(sub, globals);
     add_bench_scaling(sub, globals);
     add_bench_stability(sub, globals);
+    add_bench_look(sub, globals);
 #else
     sub.allow_extras();
     on_run(sub, globals, []() -> int {

@@ -94,6 +94,7 @@ class Pilot {
         RendererOptions options = o.renderer;
         options.cells = file->header().cells();
         renderer_ = std::make_unique<Renderer>(body_, length_unit(body_), options);
+        if (const auto colours = chosen_colours(o.look)) renderer_->set_colours(*colours);
     }
 
     int frames() const { return static_cast<int>(std::floor(flight_.duration() * o_.fps)) + 1; }
@@ -126,7 +127,7 @@ class Pilot {
     void finish() {
         while (renderer_->frames_in_flight() > 0) {
             const auto started = Clock::now();
-            const Frame frame = renderer_->collect();
+            Frame frame = renderer_->collect();
             under_way_.front().frame_ms += milliseconds_since(started);
             land(frame);
         }
@@ -144,10 +145,11 @@ class Pilot {
         return budget;
     }
 
-    void land(const Frame& frame) {
+    void land(Frame& frame) {
         FrameRow row = std::move(under_way_.front());
         under_way_.pop_front();
         const auto started = Clock::now();
+        tone_map(frame.colour, o_.look.tone);
         sink_.add(frame.colour);
         row.write_ms = milliseconds_since(started);
         row.gpu = frame.counters;

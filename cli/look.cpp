@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "carat/globe/error.hpp"
+#include "carat/render/sun.hpp"
 #include "values.hpp"
 
 namespace carat::cli {
@@ -46,17 +47,61 @@ std::array<float, 3> linear_background(const std::array<double, 3>& srgb) {
     return out;
 }
 
+Tone parse_tone(const std::string& text) {
+    if (text == "none") return Tone::none;
+    if (text == "reinhard") return Tone::reinhard;
+    if (text == "aces") return Tone::aces;
+    throw CLI::ValidationError("\"" + text + "\" is none of none, reinhard, aces");
+}
+
+// Unit direction towards the light, body frame.
+Vec3 light_direction(const Look& look, const ViewRequest& where, const Ellipsoid& body) {
+    if (!look.time.empty()) return direction(subsolar_point(body.name(), julian_date(look.time)));
+    const auto sun = look.sun.value_or(default_sun(where.height, body));
+    return sun_direction(where.eye, sun[0], sun[1]);
+}
+
 }  // namespace
+
+std::optional<ColourTable> chosen_colours(const Look& look) {
+    if (look.colours.empty()) return std::nullopt;
+    for (const ColourTable* table : {&earth_colours(), &moon_colours(), &mars_colours(), &grey_colours()})
+        if (look.colours == table->name) return *table;
+    return read_colours(look.colours);
+}
 
 void add_look_options(CLI::App& sub, Look& o) {
     const char* group = "Light and colour";
-    add_value(sub, "--sun", "AZ,EL", "Direction of the light seen from the eye, degrees",
+    const auto sun = add_value(sub, "--sun", "AZ,EL", "Direction of the light seen from the eye, degrees",
+                               [&o](const std::string& text) {
+                                   const auto v = parse_numbers(text, 2);
+                                   o.sun = {v[0], v[1]};
+                               })
+                         ->group(group);
+    add_value(sub, "--time", "UTC", "The sun as it stands then, over the Earth or Mars: 2024-06-21T14:30:00Z",
               [&o](const std::string& text) {
-                  const auto v = parse_numbers(text, 2);
-                  o.sun = {v[0], v[1]};
+                  julian_date(text);
+                  o.time = text;
               })
+        ->excludes(sun)
         ->group(group);
-    sub.add_option("--ambient", o.light.ambient, "Share of light from everywhere, 0 to 1 (default 0.08)")
+    sub.add_option("--colors", o.colours,
+                   "earth, moon, mars, grey, or a colour file of GDAL or GMT (default: by the body)")
+        ->type_name("NAME|FILE")
+        ->group(group);
+    add_value(sub, "--tone", "NAME", "Of 8-bit pictures: none (default: clipped), reinhard or aces",
+              [&o](const std::string& text) { o.tone = parse_tone(text); })
+        ->group(group);
+    sub.add_flag("--sky", o.sky,
+                 "The air of the Earth or Mars: sky, haze and coloured light; black space elsewhere")
+        ->group(group);
+    sub.add_flag("--water", o.water, "A sea with the sun's glint below the sea level of the colours")
+        ->group(group);
+    sub.add_option("--wind", o.wind, "Over the sea, m/s: how wide the glint is (default 5)")
+        ->check(between(0.0, 100.0))
+        ->group(group);
+    sub.add_option("--ambient", o.ambient,
+                   "Share of light from everywhere, 0 to 1 (default 0.08, with --sky 0)")
         ->check(CLI::Range(0.0, 1.0))
         ->group(group);
     sub.add_option("--exposure", o.light.exposure, "Factor on the linear colour (default 1)")
@@ -77,11 +122,14 @@ DrawRequest draw_request(const Look& look, const ViewRequest& where, const View&
     DrawRequest request;
     request.camera = view.camera();
     request.light = look.light;
-    const auto sun = look.sun.value_or(default_sun(where.height, body));
-    request.light.direction = sun_direction(where.eye, sun[0], sun[1]);
+    request.light.direction = light_direction(look, where, body);
     request.light.relief_exaggeration = look.relief.value_or(default_relief(where.height, body));
     request.background = linear_background(look.background);
     request.samples = look.samples;
+    request.light.ambient = look.ambient.value_or(look.sky ? 0 : 0.08);
+    request.sky = look.sky;
+    request.water = look.water;
+    request.wind = look.wind;
     return request;
 }
 

@@ -4,6 +4,7 @@
 #include <CLI/App.hpp>
 #include <array>
 #include <optional>
+#include <string>
 
 #include "carat/render/view.hpp"
 #include "carat/vulkan/renderer.hpp"
@@ -13,10 +14,19 @@ namespace carat::cli {
 struct Look {
     std::array<double, 3> background{};        // sRGB, 0 to 255
     std::optional<std::array<double, 2>> sun;  // azimuth, elevation seen from the eye, degrees
+    std::string time;                          // UTC; empty: the sun stands still
+    std::string colours;                       // a body's name or a file; empty: those of the body
     std::optional<double> relief;              // factor on slopes, for shading
+    Tone tone = Tone::none;                    // of 8-bit pictures
     Light light;
+    std::optional<double> ambient;  // share of light from everywhere
+    bool sky = false, water = false;
+    double wind = 5;  // m/s
     int samples = 4;
 };
+
+// --colors; null where none are asked for. Throws what read_colours() throws.
+std::optional<ColourTable> chosen_colours(const Look& look);
 
 void add_look_options(CLI::App& sub, Look& look);
 

@@ -45,7 +45,13 @@ and, for the sake of colours and shading, no two neighbouring samples are furthe
 The eye's height is above the ellipsoid. Heading is clockwise from north, pitch is up from the horizon: -90 looks
 straight down. --fov is vertical. --sun gives the direction of the light as seen from the eye: azimuth clockwise from
 north, elevation above the horizon; by default it comes from the north-west, 45 degrees high near the ground and
-up to 70 from space.
+up to 70 from space. --time puts the sun where it stands over the turning Earth or Mars at that moment (low-precision
+formulas, 0.01 and 0.05 degrees).
+
+Without a file of colours the surface is coloured by height and latitude. --colors takes a table that is built in, or a
+file: GDAL's colour-relief text, "height red green blue" a line, or GMT's .cpt; a line "latitude DEG" begins the colours of
+one latitude. --exposure multiplies the light; --tone maps what is brighter than white into 8 bits: .exr files are linear,
+whatever it says.
 
 Pictures: .png (and others that OpenImageIO writes), 8 bits sRGB; .exr, linear. --aov needs .exr: all in one file,
 channels R G B A (color, A is coverage), Z (depth, metres along the view axis), position.X Y Z (metres from the eye,
@@ -137,6 +143,7 @@ int run(Options o, const Globals& globals) {
     const auto file = Repository::open(o.file);
     const Ellipsoid body = file->header().ellipsoid();
     const View view(body, o.view);
+    const auto colours = chosen_colours(o.look);
     DrawRequest request = draw_request(o.look, o.view, view, body);
     request.aovs = o.aovs.wanted();
     warn_about_eye(file, o.view);
@@ -144,10 +151,12 @@ int run(Options o, const Globals& globals) {
     RenderStats stats;
     o.renderer.cells = file->header().cells();
     Renderer renderer(body, view.unit(), o.renderer);
+    if (colours) renderer.set_colours(*colours);
     stats.device = renderer.device_name();
     const DrawList list = converged_cut(*file, view, o.error, o.spacing);
-    const Frame frame = renderer.draw(request, list.meshes);
+    Frame frame = renderer.draw(request, list.meshes);
     for (const std::string& message : renderer.messages()) throw Error(ErrorCode::io, "Vulkan: " + message);
+    if (!is_exr(o.output)) tone_map(frame.colour, o.look.tone);
     write_picture(o.output, o.aovs.assemble(frame, o.output));
 
     stats.camera = request.camera;

@@ -63,6 +63,7 @@ void RenderStats::write(const std::string& path) const {
          {{"selection", cut.selection_ms},
           {"decode", cut.decode_ms},
           {"build", cut.build_ms},
+          {"sky_tables", frame.table_ms},
           {"upload", frame.upload_ms},
           {"gpu", frame.gpu_ms},
           {"readback", frame.readback_ms}}}};

@@ -140,6 +140,50 @@ TEST_F(Render, AnEyeBelowTheGroundIsSaid) {
     EXPECT_TRUE(contains(r.err, "below the ground")) << r.err;
 }
 
+// Noon and midnight at the eye's place: the sun of --time stands over it, or under it.
+TEST_F(Render, TheSunStandsWhereTheTimeSays) {
+    CARAT_NEEDS_VULKAN();
+    const std::string view =
+        "render -q a.carat --eye 0,0,2e7 --size 32x32 --ambient 0 --overwrite -o a.png --time ";
+    ASSERT_EQ(carat(view + "2024-03-20T12:07:00Z").exit, 0);
+    EXPECT_GT(read_image(path("a.png")).at(16, 16, "G"), 0.2);
+    ASSERT_EQ(carat(view + "2024-03-20T00:07:00Z").exit, 0);
+    EXPECT_EQ(read_image(path("a.png")).at(16, 16, "G"), 0);
+    const Outcome both = carat(view + "2024-03-20T12:07:00Z --sun 0,90");
+    EXPECT_EQ(both.exit, 2);
+    const Outcome odd = carat(view + "yesterday");
+    EXPECT_EQ(odd.exit, 2);
+    EXPECT_TRUE(contains(odd.err, "yesterday")) << odd.err;
+}
+
+TEST_F(Render, ColoursFromAFile) {
+    CARAT_NEEDS_VULKAN();
+    std::ofstream(path("green.txt")) << "-9000 0 200 0\n9000 0 200 0\n";
+    const std::string view =
+        "render -q a.carat --eye 0,0,2e7 --size 32x32 --ambient 1 --overwrite -o a.png --colors ";
+    ASSERT_EQ(carat(view + "green.txt").exit, 0);
+    EXPECT_NEAR(read_image(path("a.png")).at(16, 16, "G"), 200 / 255.0, 0.005);
+    EXPECT_EQ(read_image(path("a.png")).at(16, 16, "R"), 0);
+    ASSERT_EQ(carat(view + "moon").exit, 0);
+    EXPECT_GT(read_image(path("a.png")).at(16, 16, "R"), 0.2);
+    const Outcome missing = carat(view + "nonesuch.cpt");
+    EXPECT_NE(missing.exit, 0);
+    EXPECT_TRUE(contains(missing.err, "nonesuch.cpt")) << missing.err;
+}
+
+TEST_F(Render, ToneIsForEightBitsAlone) {
+    CARAT_NEEDS_VULKAN();
+    const std::string view =
+        "render -q a.carat --eye 0,0,2e7 --size 32x32 --ambient 1 --exposure 9 --overwrite ";
+    ASSERT_EQ(carat(view + "--colors moon -o a.png").exit, 0);
+    EXPECT_EQ(read_image(path("a.png")).at(16, 16, "R"), 1);
+    ASSERT_EQ(carat(view + "--colors moon --tone reinhard -o a.png").exit, 0);
+    EXPECT_LT(read_image(path("a.png")).at(16, 16, "R"), 1);
+    ASSERT_EQ(carat(view + "--colors moon --tone reinhard -o a.exr").exit, 0);
+    EXPECT_GT(read_image(path("a.exr")).at(16, 16, "R"), 1);
+    EXPECT_EQ(carat(view + "--tone loud -o a.png").exit, 2);
+}
+
 TEST_F(Render, AnUnknownDeviceIsAnError) {
     CARAT_NEEDS_VULKAN();
     const Outcome r = carat("render a.carat --eye 0,0,1e7 --device nonesuch -o a.png");

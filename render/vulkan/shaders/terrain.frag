@@ -24,7 +24,7 @@ layout(location = AOV_FIRST + 2) out uvec2 out_patch;
 
 void main() {
 #ifdef CARAT_COLOUR
-    out_colour = vec4(surface_colour(in_normal, in_up, in_height), 1.0);
+    out_colour = vec4(surface_colour(in_normal, in_up, in_height, in_relative), 1.0);
 #endif
 #ifdef CARAT_AOV
     out_position = vec4(in_relative, dot(frame.forward.xyz, in_relative));

@@ -1,5 +1,6 @@
 #include "frame_data.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -15,6 +16,11 @@ gpu::vec4 pack(const Vec3& v, double w) {
     return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]),
             static_cast<float>(w)};
 }
+
+// To the space in which the body is a sphere of its equatorial radius.
+Vec3 stretched(const Vec3& v, const Ellipsoid& body) { return {v[0], v[1], v[2] * (body.a() / body.b())}; }
+
+Vec3 scaled(const Vec3& v, double factor) { return {v[0] * factor, v[1] * factor, v[2] * factor}; }
 
 void require(bool good, const char* what) {
     if (!good) throw Error(ErrorCode::usage, std::string("draw request: ") + what);
@@ -40,12 +46,32 @@ void check_request(const DrawRequest& request) {
             "exposure must not be negative");
     require(std::isfinite(request.light.relief_exaggeration), "the relief exaggeration must be finite");
     require(request.samples >= 1 && request.samples <= 8, "samples must be 1 to 8");
+    require(request.wind >= 0 && request.wind <= 100, "the wind must be from 0 to 100 m/s");
     require(std::isfinite(request.near_plane) && request.near_plane >= 0,
             "the near plane must not be behind the eye");
 }
 
+gpu::AirData make_air_data(const Ellipsoid& body, const std::optional<Atmosphere>& atmosphere) {
+    gpu::AirData data{};
+    data.shell = {static_cast<float>(body.a()), 0, static_cast<float>(body.a() / body.b()), 1};
+    if (!atmosphere) return data;
+    const Atmosphere& a = *atmosphere;
+    std::array<double, 3> extinction{};
+    for (std::size_t k = 0; k < 3; ++k) extinction[k] = a.mie_scattering[k] + a.mie_absorption[k];
+    data.rayleigh = pack(a.rayleigh, 1 / a.rayleigh_height);
+    data.mie = pack(a.mie_scattering, 1 / a.mie_height);
+    data.mie_extinction = pack(extinction, a.mie_asymmetry);
+    data.absorber = pack(a.absorption, a.absorption_middle);
+    data.shell.y = static_cast<float>(a.top);
+    data.shell.w = static_cast<float>(a.absorption_half_width);
+    data.shell_sun = static_cast<float>(a.sun_angular_radius);
+    data.ground = static_cast<float>(a.ground_albedo);
+    data.multiple = a.multiple_scattering ? 1 : 0;
+    return data;
+}
+
 gpu::FrameData make_frame_data(const DrawRequest& request, const Ellipsoid& body, double metres_per_unit,
-                               const vk::TableTexture& table) {
+                               const vk::TableTexture& table, const gpu::AirData& air) {
     const Camera& c = request.camera;
     const double vertical = 1 / std::tan(c.vertical_fov / 2);
     const double horizontal = vertical * c.height / c.width;
@@ -65,7 +91,15 @@ gpu::FrameData make_frame_data(const DrawRequest& request, const Ellipsoid& body
     data.table = {table.sea_floor, table.sea_level, table.top, static_cast<float>(light.relief_exaggeration)};
     data.eye = pack({double(c.eye[0]) * metres_per_unit, double(c.eye[1]) * metres_per_unit,
                      double(c.eye[2]) * metres_per_unit},
-                    0);
+                    0.003 + 0.00512 * request.wind);  // Cox and Munk 1954, a clean surface
+    const Vec3 eye = stretched(to_metres(c.eye, metres_per_unit), body);
+    const Vec3 sun = stretched(light.direction, body);
+    const double distance = std::sqrt(dot(eye, eye));
+    data.eye_up = pack(scaled(eye, 1 / std::max(distance, 1.0)), distance - body.a());
+    data.sun = pack(scaled(sun, 1 / std::sqrt(dot(sun, sun))), 0);
+    data.background = {request.background[0], request.background[1], request.background[2],
+                       static_cast<float>(1 / c.focal_pixels())};
+    data.air = air;
     return data;
 }
 

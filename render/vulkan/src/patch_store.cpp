@@ -44,7 +44,7 @@ std::uint32_t slots_per_chunk(const Device& device, std::size_t patch_bytes, std
 
 DescriptorPool make_pool(VkDevice device, std::uint32_t sets) {
     const std::array sizes{VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, sets * 4},
-                           VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, sets}};
+                           VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, sets * 4}};
     const VkDescriptorPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
                                           .maxSets = sets,
                                           .poolSizeCount = sizes.size(),
@@ -89,21 +89,30 @@ void PatchStore::write_set(VkDescriptorSet set, const Chunk& chunk) const {
     const std::array buffers{whole(shared_.frame), whole(chunk.vertices.handle.get()),
                              whole(chunk.patches.handle.get()), whole(shared_.probe)};
     const std::array bindings{gpu::kBindFrame, gpu::kBindVertices, gpu::kBindPatches, gpu::kBindProbe};
-    const VkDescriptorImageInfo table{shared_.sampler, shared_.table,
-                                      VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-    std::array<VkWriteDescriptorSet, 5> writes{};
-    for (std::size_t i = 0; i < writes.size(); ++i) {
-        const bool image = i == buffers.size();
-        writes[i] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                     .dstSet = set,
-                     .dstBinding = image ? gpu::kBindTable : bindings[i],
-                     .descriptorCount = 1,
-                     .descriptorType = image ? VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER
-                                             : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-                     .pImageInfo = image ? &table : nullptr,
-                     .pBufferInfo = image ? nullptr : &buffers[i]};
+    std::array<VkDescriptorImageInfo, 4> images{
+        {{shared_.sampler, shared_.table, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}}};
+    std::array<std::uint32_t, 4> image_bindings{gpu::kBindTable};
+    for (std::size_t k = 0; k < shared_.air.size(); ++k) {
+        images[k + 1] = {shared_.sampler, shared_.air[k].view, VK_IMAGE_LAYOUT_GENERAL};
+        image_bindings[k + 1] = shared_.air[k].binding;
     }
-    vkUpdateDescriptorSets(device_.get(), writes.size(), writes.data(), 0, nullptr);
+    std::vector<VkWriteDescriptorSet> writes;
+    for (std::size_t i = 0; i < buffers.size(); ++i)
+        writes.push_back({.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                          .dstSet = set,
+                          .dstBinding = bindings[i],
+                          .descriptorCount = 1,
+                          .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                          .pBufferInfo = &buffers[i]});
+    for (std::size_t i = 0; i < images.size(); ++i)
+        writes.push_back({.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                          .dstSet = set,
+                          .dstBinding = image_bindings[i],
+                          .descriptorCount = 1,
+                          .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                          .pImageInfo = &images[i]});
+    vkUpdateDescriptorSets(device_.get(), static_cast<std::uint32_t>(writes.size()), writes.data(), 0,
+                           nullptr);
 }
 
 void PatchStore::add_chunk() {
@@ -200,6 +209,11 @@ void PatchStore::draw(VkCommandBuffer commands, VkPipelineLayout layout) const {
                                  static_cast<std::uint32_t>(chunk.commands.size()),
                                  sizeof(VkDrawIndexedIndirectCommand));
     }
+}
+
+VkDescriptorSet PatchStore::shared_set() {
+    if (chunks_.empty()) add_chunk();
+    return chunks_.front().set;
 }
 
 std::pair<VkDescriptorSet, std::uint32_t> PatchStore::last_added() const {

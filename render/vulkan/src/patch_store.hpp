@@ -3,6 +3,7 @@
 
 #include <deque>
 
+#include "air_tables.hpp"
 #include "pipelines.hpp"
 #include "slot_cache.hpp"
 #include "upload_ring.hpp"
@@ -14,6 +15,7 @@ struct SharedBindings {
     VkBuffer frame = VK_NULL_HANDLE, probe = VK_NULL_HANDLE;
     VkImageView table = VK_NULL_HANDLE;
     VkSampler sampler = VK_NULL_HANDLE;
+    std::array<AirTables::View, 3> air{};
 };
 
 class PatchStore {
@@ -35,6 +37,9 @@ class PatchStore {
 
     // The descriptor set and the slot within it that hold a mesh added in this batch last.
     std::pair<VkDescriptorSet, std::uint32_t> last_added() const;
+
+    // A set with the shared bindings, whether or not there are patches.
+    VkDescriptorSet shared_set();
 
     // What uploading one patch costs.
     std::size_t patch_bytes() const;

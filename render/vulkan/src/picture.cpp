@@ -95,6 +95,38 @@ float srgb_decode(float encoded) {
     return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
 }
 
+namespace {
+
+float aces(float x) {
+    x = std::max(x, 0.0f);
+    return std::min(x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f), 1.0f);
+}
+
+void tone_pixel(float* rgb, Tone tone) {
+    if (tone == Tone::aces) {
+        for (int c = 0; c < 3; ++c) rgb[c] = aces(rgb[c]);
+        return;
+    }
+    const float luminance = 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
+    if (!(luminance > 0)) return;
+    const float factor = (1 + luminance / 16) / (1 + luminance);
+    for (int c = 0; c < 3; ++c) rgb[c] = std::min(rgb[c] * factor, 1.0f);
+}
+
+}  // namespace
+
+void tone_map(Picture& picture, Tone tone) {
+    const std::size_t channels = picture.channels.size();
+    if (tone == Tone::none || picture.values.empty()) return;
+    if (channels < 3 || picture.channels[0] != "R" || picture.channels[1] != "G" ||
+        picture.channels[2] != "B")
+        throw Error(ErrorCode::usage, "only pictures that begin with R, G and B have tones to map");
+    const std::size_t row = static_cast<std::size_t>(picture.width) * channels;
+    tbb::parallel_for(std::size_t{0}, static_cast<std::size_t>(picture.height), [&](std::size_t y) {
+        for (std::size_t i = y * row; i < (y + 1) * row; i += channels) tone_pixel(&picture.values[i], tone);
+    });
+}
+
 void write_picture(const std::string& path, const Picture& picture, PixelType type) {
     const auto count = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
     if (picture.width <= 0 || picture.height <= 0 || picture.channels.empty() ||

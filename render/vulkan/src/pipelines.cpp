@@ -1,6 +1,7 @@
 #include "pipelines.hpp"
 
 #include <array>
+#include <cstddef>
 
 #include "shaders.hpp"
 #include "shared.h"
@@ -20,7 +21,11 @@ SetLayout make_set_layout(VkDevice device) {
         binding(gpu::kBindVertices, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex),
         binding(gpu::kBindPatches, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex),
         binding(gpu::kBindTable, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_FRAGMENT_BIT),
-        binding(gpu::kBindProbe, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT)};
+        binding(gpu::kBindProbe, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT),
+        binding(gpu::kBindTransmittance, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                VK_SHADER_STAGE_FRAGMENT_BIT),
+        binding(gpu::kBindMultiple, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_FRAGMENT_BIT),
+        binding(gpu::kBindSkyLight, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_FRAGMENT_BIT)};
     const VkDescriptorSetLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
                                                .bindingCount = bindings.size(),
                                                .pBindings = bindings.data()};
@@ -39,15 +44,6 @@ PipelineLayout make_layout(VkDevice device, VkDescriptorSetLayout set) {
     VkPipelineLayout layout = VK_NULL_HANDLE;
     check(vkCreatePipelineLayout(device, &info, nullptr, &layout), "creating a pipeline layout");
     return {device, layout};
-}
-
-ShaderModule make_module(VkDevice device, Spirv code) {
-    const VkShaderModuleCreateInfo info{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-                                        .codeSize = code.size_bytes(),
-                                        .pCode = code.data()};
-    VkShaderModule module = VK_NULL_HANDLE;
-    check(vkCreateShaderModule(device, &info, nullptr, &module), "loading a shader");
-    return {device, module};
 }
 
 VkPipelineShaderStageCreateInfo stage(VkShaderStageFlagBits which, const ShaderModule& module) {
@@ -69,7 +65,23 @@ std::vector<VkFormat> attachment_formats(const PassKind& kind) {
     return formats;
 }
 
+// The specialisation constants of surface.glsl.
+struct Features {
+    VkBool32 sky, water;
+};
+constexpr std::array<VkSpecializationMapEntry, 2> kFeatureEntries{
+    {{0, offsetof(Features, sky), sizeof(VkBool32)}, {1, offsetof(Features, water), sizeof(VkBool32)}}};
+
 }  // namespace
+
+ShaderModule make_shader(VkDevice device, Spirv code) {
+    const VkShaderModuleCreateInfo info{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
+                                        .codeSize = code.size_bytes(),
+                                        .pCode = code.data()};
+    VkShaderModule module = VK_NULL_HANDLE;
+    check(vkCreateShaderModule(device, &info, nullptr, &module), "loading a shader");
+    return {device, module};
+}
 
 Pipelines::Pipelines(const Device& device, const std::string& cache_folder)
     : device_(device),
@@ -79,7 +91,13 @@ Pipelines::Pipelines(const Device& device, const std::string& cache_folder)
 
 VkPipeline Pipelines::draw(const PassKind& kind) {
     Pipeline& pipeline = draws_[kind.key()];
-    if (!pipeline) pipeline = make_draw(kind);
+    if (!pipeline) pipeline = make_draw(kind, Draws::terrain);
+    return pipeline.get();
+}
+
+VkPipeline Pipelines::background(const PassKind& kind) {
+    Pipeline& pipeline = backgrounds_[kind.key()];
+    if (!pipeline) pipeline = make_draw(kind, Draws::background);
     return pipeline.get();
 }
 
@@ -88,11 +106,18 @@ VkPipeline Pipelines::probe() {
     return probe_.get();
 }
 
-Pipeline Pipelines::make_draw(const PassKind& kind) const {
-    const ShaderModule vertex = make_module(device_.get(), kTerrainVertex);
-    const ShaderModule fragment = make_module(device_.get(), fragment_code(kind));
-    const std::array stages{stage(VK_SHADER_STAGE_VERTEX_BIT, vertex),
-                            stage(VK_SHADER_STAGE_FRAGMENT_BIT, fragment)};
+Pipeline Pipelines::make_draw(const PassKind& kind, Draws what) const {
+    const bool terrain = what == Draws::terrain;
+    const ShaderModule vertex = make_shader(device_.get(), terrain ? kTerrainVertex : kSkyVertex);
+    const ShaderModule fragment = make_shader(device_.get(), terrain ? fragment_code(kind) : kSkyFragment);
+    std::array stages{stage(VK_SHADER_STAGE_VERTEX_BIT, vertex),
+                      stage(VK_SHADER_STAGE_FRAGMENT_BIT, fragment)};
+    const Features features{kind.sky, kind.water};
+    const VkSpecializationInfo constants{.mapEntryCount = kFeatureEntries.size(),
+                                         .pMapEntries = kFeatureEntries.data(),
+                                         .dataSize = sizeof(features),
+                                         .pData = &features};
+    if (kind.colour) stages[1].pSpecializationInfo = &constants;
 
     const VkPipelineVertexInputStateCreateInfo input{
         .sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
@@ -106,8 +131,8 @@ Pipeline Pipelines::make_draw(const PassKind& kind) const {
     const VkPipelineRasterizationStateCreateInfo raster{
         .sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO,
         .polygonMode = VK_POLYGON_MODE_FILL,
-        .cullMode = kind.cull_back_faces ? VkCullModeFlags{VK_CULL_MODE_BACK_BIT}
-                                         : VkCullModeFlags{VK_CULL_MODE_NONE},
+        .cullMode = kind.cull_back_faces && terrain ? VkCullModeFlags{VK_CULL_MODE_BACK_BIT}
+                                                    : VkCullModeFlags{VK_CULL_MODE_NONE},
         .frontFace = VK_FRONT_FACE_COUNTER_CLOCKWISE,
         .lineWidth = 1};
     const VkPipelineMultisampleStateCreateInfo samples{
@@ -116,8 +141,8 @@ Pipeline Pipelines::make_draw(const PassKind& kind) const {
     const VkPipelineDepthStencilStateCreateInfo depth{
         .sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO,
         .depthTestEnable = VK_TRUE,
-        .depthWriteEnable = VK_TRUE,
-        .depthCompareOp = VK_COMPARE_OP_GREATER};  // reversed
+        .depthWriteEnable = terrain,
+        .depthCompareOp = terrain ? VK_COMPARE_OP_GREATER : VK_COMPARE_OP_EQUAL};  // reversed
 
     const std::vector<VkFormat> formats = attachment_formats(kind);
     const VkPipelineColorBlendAttachmentState opaque{.colorWriteMask = 0xF};
@@ -156,7 +181,7 @@ Pipeline Pipelines::make_draw(const PassKind& kind) const {
 }
 
 Pipeline Pipelines::make_probe() const {
-    const ShaderModule module = make_module(device_.get(), kProbe);
+    const ShaderModule module = make_shader(device_.get(), kProbe);
     const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
                                            .stage = stage(VK_SHADER_STAGE_COMPUTE_BIT, module),
                                            .layout = layout_.get()};

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "pipeline_cache_file.hpp"
+#include "shaders.hpp"
 
 namespace carat::vk {
 
@@ -19,13 +20,17 @@ struct PassKind {
     bool colour = true, aovs = false;
     VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
     bool cull_back_faces = true;
+    bool sky = false, water = false;  // in colour
 
-    auto key() const { return std::tuple(colour, aovs, int(samples), cull_back_faces); }
+    auto key() const { return std::tuple(colour, aovs, int(samples), cull_back_faces, sky, water); }
 };
 
 struct ProbeRange {
     std::uint32_t slot, vertex_count;
 };
+
+// Throws as check() does.
+ShaderModule make_shader(VkDevice device, Spirv code);
 
 class Pipelines {
   public:
@@ -35,17 +40,20 @@ class Pipelines {
     VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }
     VkPipelineLayout layout() const { return layout_.get(); }
     VkPipeline draw(const PassKind& kind);
+    // What is drawn behind the terrain of a pass that has a sky or water.
+    VkPipeline background(const PassKind& kind);
     VkPipeline probe();
 
   private:
-    Pipeline make_draw(const PassKind& kind) const;
+    enum class Draws { terrain, background };
+    Pipeline make_draw(const PassKind& kind, Draws what) const;
     Pipeline make_probe() const;
 
     const Device& device_;
     SetLayout set_layout_;
     PipelineLayout layout_;
     PipelineCacheFile cache_;
-    std::map<decltype(PassKind{}.key()), Pipeline> draws_;
+    std::map<decltype(PassKind{}.key()), Pipeline> draws_, backgrounds_;
     Pipeline probe_;
 };
 

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 
+#include "air_tables.hpp"
 #include "carat/globe/patch.hpp"
 #include "command_buffers.hpp"
 #include "frame_data.hpp"
@@ -54,6 +55,9 @@ struct Renderer::State {
     ~State() { device.wait_idle(); }
 
     void set_colours(const ColourTable& table);
+    void set_atmosphere(const std::optional<Atmosphere>& air);
+    void prepare_sky(const DrawRequest& request, FrameCounters& counters);
+    vk::PassKind look(vk::PassKind pass, const DrawRequest& request) const;
     void submit(const DrawRequest& request, PatchList patches);
     Frame collect();
     std::size_t prefetch(PatchList patches, std::size_t budget);
@@ -62,6 +66,7 @@ struct Renderer::State {
     void prepare_targets(const DrawRequest& request);
     void fill_batch(std::vector<const vk::MeshPointer*>& remaining, FrameCounters& counters);
     void draw_batch(const DrawRequest& request, bool first, bool last, Pending& pending);
+    void draw_background(VkCommandBuffer commands, vk::PassKind pass, const DrawRequest& request);
     void read_back(Pending& pending, VkCommandBuffer commands);
     void take_pixels(Pending& pending);
 
@@ -76,6 +81,9 @@ struct Renderer::State {
     vk::PatchStore store;
     vk::Sampler sampler;
     vk::TableTexture table;
+    vk::AirTables air_tables;
+    gpu::AirData air{};
+    bool has_air = false, air_made = false;
     vk::Buffer frame_data, probe_data;
     std::optional<vk::Targets> targets;
     vk::CommandBuffers commands;
@@ -100,6 +108,7 @@ Renderer::State::State(const Ellipsoid& b, double unit, const RendererOptions& o
       pipelines(device, options.pipeline_cache),
       store(device, ring, pipelines.set_layout(), options.cells, options.capacity),
       sampler(vk::make_table_sampler(device)),
+      air_tables(device),
       frame_data(vk::make_buffer(device, sizeof(gpu::FrameData),
                                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                                  vk::Where::device, "frame data")),
@@ -109,15 +118,39 @@ Renderer::State::State(const Ellipsoid& b, double unit, const RendererOptions& o
       commands(device),
       banded(device),
       pending{Pending(device), Pending(device)} {
+    set_atmosphere(atmosphere_of(body.name()));
     set_colours(colours_of(body.name()));
+}
+
+void Renderer::State::set_atmosphere(const std::optional<Atmosphere>& atmosphere) {
+    if (atmosphere) check_atmosphere(*atmosphere);
+    air = make_air_data(body, atmosphere);
+    has_air = atmosphere.has_value();
+    air_made = false;
+}
+
+void Renderer::State::prepare_sky(const DrawRequest& request, FrameCounters& counters) {
+    if (!request.sky || !has_air || air_made) return;
+    const auto start = Clock::now();
+    device.wait_idle();  // frames under way still read the old tables
+    air_tables.make(air);
+    air_made = true;
+    counters.table_ms = ms_since(start);
+}
+
+// A pass with what a request adds to its colours.
+vk::PassKind Renderer::State::look(vk::PassKind pass, const DrawRequest& request) const {
+    pass.sky = pass.colour && request.sky && has_air;
+    pass.water = pass.colour && request.water;
+    return pass;
 }
 
 void Renderer::State::set_colours(const ColourTable& colours) {
     auto texture = vk::make_table_texture(device, colours);
     device.wait_idle();
     table = std::move(texture);
-    store.bind_shared(
-        {frame_data.handle.get(), probe_data.handle.get(), table.image.view.get(), sampler.get()});
+    store.bind_shared({frame_data.handle.get(), probe_data.handle.get(), table.image.view.get(),
+                       sampler.get(), air_tables.views()});
 }
 
 void Renderer::State::prepare_targets(const DrawRequest& request) {
@@ -158,12 +191,15 @@ void Renderer::State::draw_batch(const DrawRequest& request, bool first, bool la
         frame.timer.start(buffer);
         targets->prepare(buffer);
     }
-    for (const vk::PassKind& pass : targets->passes(request.cull_back_faces)) {
-        targets->begin(buffer, pass, request.background, first, last);
+    for (const vk::PassKind& kind : targets->passes(request.cull_back_faces)) {
+        const vk::PassKind pass = look(kind, request);
+        const bool background = last && (pass.sky || pass.water);
+        targets->begin(buffer, pass, request.background, first, last && !background);
         vkCmdBindPipeline(buffer, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.draw(pass));
         store.draw(buffer, pipelines.layout());
         vkCmdEndRendering(buffer);
         vk::full_barrier(buffer);
+        if (background) draw_background(buffer, pass, request);
     }
     if (last) {
         targets->finish(buffer);
@@ -172,6 +208,19 @@ void Renderer::State::draw_batch(const DrawRequest& request, bool first, bool la
     }
     frame.done = commands.submit();
     ++frame.frame.counters.batches;
+}
+
+// Where a pass with all its batches has left the depth clear. AOVs know no background.
+void Renderer::State::draw_background(VkCommandBuffer buffer, vk::PassKind pass, const DrawRequest& request) {
+    const VkDescriptorSet set = store.shared_set();
+    pass.aovs = false;
+    targets->begin(buffer, pass, request.background, false, true);
+    vkCmdBindPipeline(buffer, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.background(pass));
+    vkCmdBindDescriptorSets(buffer, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.layout(), 0, 1, &set, 0,
+                            nullptr);
+    vkCmdDraw(buffer, 3, 1, 0, 0);
+    vkCmdEndRendering(buffer);
+    vk::full_barrier(buffer);
 }
 
 void Renderer::State::read_back(Pending& frame, VkCommandBuffer buffer) {
@@ -183,6 +232,8 @@ void Renderer::State::read_back(Pending& frame, VkCommandBuffer buffer) {
 
 void Renderer::State::submit(const DrawRequest& request, PatchList patches) {
     check_request(request);
+    if (request.water && !table.has_sea)
+        throw Error(ErrorCode::usage, "draw request: water needs a colour table with a sea level");
     if (in_flight == kFramesInFlight)
         throw Error(ErrorCode::usage, "renderer: " + std::to_string(kFramesInFlight) +
                                           " frames are under way; collect one first");
@@ -194,7 +245,8 @@ void Renderer::State::submit(const DrawRequest& request, PatchList patches) {
     c.samples = static_cast<int>(targets->wish().samples);
     c.upload_ms = total.prefetch_ms - counted.prefetch_ms;
 
-    const gpu::FrameData data = make_frame_data(request, body, metres_per_unit, table);
+    prepare_sky(request, c);
+    const gpu::FrameData data = make_frame_data(request, body, metres_per_unit, table, air);
     ring.copy(frame_data.handle.get(), 0, &data, sizeof(data));
     std::vector<const vk::MeshPointer*> remaining;
     remaining.reserve(patches.size());
@@ -256,7 +308,7 @@ std::size_t Renderer::State::prefetch(PatchList patches, std::size_t budget) {
 std::vector<std::array<float, 4>> Renderer::State::probe(const DrawRequest& request,
                                                          const vk::MeshPointer& mesh) {
     check_request(request);
-    const gpu::FrameData data = make_frame_data(request, body, metres_per_unit, table);
+    const gpu::FrameData data = make_frame_data(request, body, metres_per_unit, table, air);
     ring.copy(frame_data.handle.get(), 0, &data, sizeof(data));
     store.begin_batch();
     store.add(mesh);
@@ -306,6 +358,7 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 const std::string& Renderer::device_name() const { return state_->name; }
 void Renderer::set_colours(const ColourTable& table) { state_->set_colours(table); }
+void Renderer::set_atmosphere(const std::optional<Atmosphere>& air) { state_->set_atmosphere(air); }
 Frame Renderer::draw(const DrawRequest& request, PatchList patches) {
     if (state_->in_flight > 0)
         throw Error(ErrorCode::usage, "renderer: frames are under way; collect them before draw()");

@@ -13,5 +13,8 @@ extern const Spirv kTerrainColour;     // writes colour
 extern const Spirv kTerrainColourAov;  // colour and AOVs
 extern const Spirv kTerrainAov;        // AOVs only
 extern const Spirv kProbe;
+extern const Spirv kAirTables;
+extern const Spirv kSkyVertex;
+extern const Spirv kSkyFragment;
 
 }  // namespace carat::vk

@@ -64,6 +64,7 @@ TableTexture make_table_texture(Device& device, const ColourTable& table) {
     const Range land = range_of(table.land);
     const Range sea = table.sea_level ? range_of(table.sea) : Range{land.low - 1, land.low};
     TableTexture texture;
+    texture.has_sea = table.sea_level.has_value();
     // The land's layer starts at the sea level, or at its lowest stop where there is no sea.
     texture.sea_level = static_cast<float>(table.sea_level.value_or(land.low));
     texture.sea_floor = static_cast<float>(std::min(sea.low, double(texture.sea_level) - 1));

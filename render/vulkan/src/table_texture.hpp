@@ -8,6 +8,7 @@ namespace carat::vk {
 
 struct TableTexture {
     Image image;
+    bool has_sea = false;
     float sea_floor = 0, sea_level = 0, top = 0;  // metres; heights of the layers' ends
 };
 

@@ -59,6 +59,33 @@ TEST(Srgb, IsItsOwnInverseAndMeetsTheStandard) {
     EXPECT_EQ(srgb_encode(NAN), 0);
 }
 
+TEST(ToneMapping, KeepsOrderAndBlackAndStaysBelowWhite) {
+    for (const Tone tone : {Tone::none, Tone::reinhard, Tone::aces}) {
+        Picture p{64, 1, {"R", "G", "B", "A"}, {}};
+        for (int x = 0; x < 64; ++x) {
+            const float v = 0.125f * static_cast<float>(x);
+            p.values.insert(p.values.end(), {v, v, v, 9});
+        }
+        tone_map(p, tone);
+        EXPECT_EQ(p.at(0, 0)[0], 0);
+        for (int x = 1; x < 64; ++x) {
+            EXPECT_GE(p.at(x, 0)[1], p.at(x - 1, 0)[1]) << x;
+            if (tone != Tone::none) {
+                EXPECT_LE(p.at(x, 0)[1], 1) << x;
+            }
+            EXPECT_EQ(p.at(x, 0)[3], 9) << "coverage is no light";
+        }
+    }
+    Picture p{1, 1, {"R", "G", "B"}, {4, 4, 4}};
+    tone_map(p, Tone::reinhard);
+    EXPECT_NEAR(p.values[0], 1, 1e-6) << "white at 4";
+    p.values = {1, 1, 1};
+    tone_map(p, Tone::aces);
+    EXPECT_NEAR(p.values[0], 2.54 / 3.16, 1e-6);
+    Picture depth{1, 1, {"Z"}, {4}};
+    EXPECT_THROW(tone_map(depth, Tone::aces), Error);
+}
+
 TEST_F(PictureFile, PngIsEightBitSrgb) {
     const Picture p = gradient(31, 7, {"R", "G", "B"});
     write_picture(path("a.png"), p);

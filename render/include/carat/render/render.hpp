@@ -12,6 +12,7 @@
 //   draw list  all of the above in one call                                            draw_list.hpp
 //   flight     where the eye is along keyframes; paths as JSON                        flight.hpp, flight_path.hpp
 //   refiner    the cut from frame to frame, against deadlines, with workers            refiner.hpp
+//   sun        the subsolar point of the Earth and of Mars at a time                   sun.hpp
 #pragma once
 
 #include "carat/render/cut.hpp"
@@ -22,6 +23,7 @@
 #include "carat/render/patch_builder.hpp"
 #include "carat/render/patch_mesh.hpp"
 #include "carat/render/refiner.hpp"
+#include "carat/render/sun.hpp"
 #include "carat/render/vertex_position.hpp"
 #include "carat/render/view.hpp"
 #include "carat/render/visibility.hpp"

@@ -38,6 +38,13 @@ const ColourTable& grey_colours();
 // By the name of a body, "earth", "moon", "mars"; grey for any other.
 const ColourTable& colours_of(const std::string& body);
 
+// A table from a colour file: GDAL's colour-relief text ("height red green blue" a line, or a colour's name)
+// or GMT's palette (.cpt: "height colour height colour", RGB, RANGE and HINGE obeyed). A line "latitude DEG"
+// begins a band of its own, in either. A jump of the colour at height 0 makes it the sea level. Lines for no
+// data are passed over. Throws Error(io), Error(corrupt) or Error(unsupported) (percentages, HSV), naming
+// file and line.
+ColourTable read_colours(const std::string& path);
+
 // Throws Error(usage) naming the table if bands or stops are missing, unsorted or not finite.
 void check_colours(const ColourTable& table);
 

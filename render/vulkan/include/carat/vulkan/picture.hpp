@@ -25,6 +25,15 @@ float srgb_encode(float linear);
 // Its inverse.
 float srgb_decode(float encoded);
 
+// From linear light without bound to [0, 1], by pixel; hues shift as light saturates, as on film.
+enum class Tone {
+    none,      // clipped
+    reinhard,  // x (1 + x / 16) / (1 + x) of the luminance: white at 4 (Reinhard et al. 2002, eq. 4)
+    aces,      // a curve close to the ACES reference transform (K. Narkowicz 2015), 1 becomes 0.80
+};
+// Of channels R, G and B; others stay. Uses the threads of the current TBB arena.
+void tone_map(Picture& picture, Tone tone);
+
 enum class PixelType { automatic, half, float32 };
 
 // Writes a picture through OpenImageIO; the format follows from the file's extension.

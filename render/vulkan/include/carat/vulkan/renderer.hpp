@@ -14,12 +14,14 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "carat/globe/ellipsoid.hpp"
 #include "carat/render/patch_mesh.hpp"
+#include "carat/vulkan/atmosphere.hpp"
 #include "carat/vulkan/colour_table.hpp"
 #include "carat/vulkan/picture.hpp"
 
@@ -70,12 +72,21 @@ struct DrawRequest {
     int samples = 1;  // a pixel, for colour: 1, 2, 4 or 8; the greatest supported number not above it is used
     double near_plane = 0;  // metres along the view axis; 0: a tenth of a metre
     bool cull_back_faces = true;
+    // The air between the eye and what it sees, and the sky behind; sunlight and skylight on the ground come
+    // through it. Without an atmosphere: black space. Light through the air is in units of the sun's above
+    // it: 1 / pi of a white surface that faces the sun.
+    bool sky = false;
+    // Below the colour table's sea level: a surface at that level with the sun's glint, seen from above. A
+    // mask of heights: dry land below the level is flooded. Needs a table with a sea, else Error(usage).
+    bool water = false;
+    double wind = 5;  // m/s at 12.5 m above the sea, [0, 100]: how rough it is (Cox and Munk 1954)
 };
 
 struct FrameCounters {
     std::uint64_t patches_drawn = 0, patches_uploaded = 0, triangles = 0, bytes_uploaded = 0;
     int batches = 0;
     int samples = 0;         // a pixel, as used
+    double table_ms = 0;     // host and device: making the sky's tables, in the first frame that has one
     double upload_ms = 0;    // host: choosing slots and filling the ring; stall_ms included
     double stall_ms = 0;     // of these, waiting for the device to make room in the ring
     double gpu_ms = 0;       // device: first to last drawing command by time stamps; 0 where there are none
@@ -116,6 +127,9 @@ class Renderer {
 
     // Colours by height and latitude; initially colours_of(body.name()).
     void set_colours(const ColourTable& table);
+
+    // The air of DrawRequest::sky; initially atmosphere_of(body.name()). Throws Error(usage).
+    void set_atmosphere(const std::optional<Atmosphere>& air);
 
     // Draws the patches. A mesh is uploaded when its half is not resident with the same mesh object.
     // Throws Error(usage) for a bad request or a mesh of other cells, Error(limit) when the picture exceeds
