@@ -28,6 +28,12 @@ inline void put_varint(std::vector<std::byte>& out, std::uint64_t value) {
     out.push_back(static_cast<std::byte>(value));
 }
 
+inline std::size_t varint_bytes(std::uint64_t value) {
+    std::size_t n = 1;
+    for (; value >= 0x80; value >>= 7) ++n;
+    return n;
+}
+
 // Parses foreign bytes. Throws Error(truncated) past the end, naming `what`.
 class ByteParser {
   public:

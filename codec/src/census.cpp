@@ -74,7 +74,8 @@ FileStructure::FileStructure(const ByteSource& source) : source_(source) {
 }
 
 PagePart FileStructure::part(const PartEntry& entry) const {
-    return {read(source_, entry.offset, entry.bytes), entry.key, entry.first_slot, source_.name()};
+    return {read(source_, entry.offset, entry.bytes), entry.key, entry.first_slot, source_.name(),
+            header_.grid()};
 }
 
 FileCensus FileStructure::empty_census() const {

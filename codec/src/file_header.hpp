@@ -9,12 +9,13 @@
 #include "bytes.hpp"
 #include "carat/codec/coding.hpp"
 #include "carat/codec/repository.hpp"
+#include "carat/codec/summary.hpp"
 #include "page_layout.hpp"
 
 namespace carat {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x8A, 'C', 'A', 'R', 'A', 'T', 0x0D, 0x0A};
-inline constexpr std::uint32_t kFormatVersion = 2;
+inline constexpr std::uint32_t kFormatVersion = 3;
 inline constexpr std::size_t kFixedHeaderBytes = 152;
 inline constexpr std::uint32_t kMaxHeaderBytes = 1u << 24;
 inline constexpr std::uint32_t kMaxPartBytes = 64u << 10;         // pages above this are split
@@ -38,6 +39,7 @@ struct FileHeader {
     Extent roots, directory;
     std::vector<std::int32_t> radii;
 
+    SummaryGrid grid() const { return {info.body_a, info.quantum, info.log2_cells}; }
     std::vector<std::byte> to_bytes() const;
 };
 

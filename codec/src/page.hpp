@@ -28,24 +28,28 @@ struct PageDiamond {
 // end_level, and none is refined from end_level on."
 struct ZeroSpan {
     int end_level = 0;
-    SummaryRange range;
+    std::int32_t min = INT32_MAX, max = INT32_MIN;  // quanta, of all halves
     std::vector<double> delta;  // greatest delta of any half, by level from the page's own
 };
 
-// Bytes of one part: checksum, key, index, blobs.
+// What the summaries of a page, rounded to the grid, are relative to: in each of its parts the same.
+SummaryRange range_of(std::span<const PageDiamond> diamonds);
+// Bytes of one part: checksum, key, index, blobs. The summaries are rounded to the grid.
 std::vector<std::byte> encode_part(PageKey key, int first_slot, int slots,
-                                   std::span<const PageDiamond> diamonds);
+                                   std::span<const PageDiamond> diamonds, const SummaryRange& range,
+                                   const SummaryGrid& grid);
 std::vector<std::byte> encode_zero_page(PageKey key, const ZeroSpan& zero);
 // Bytes a diamond adds to a part, for the splitting rule.
-std::size_t part_cost(const PageDiamond& d);
-inline constexpr std::size_t kPartHeaderBytes = 32;
+std::size_t part_cost(PageKey key, const PageDiamond& d, const SummaryRange& range, const SummaryGrid& grid);
+inline constexpr std::size_t kPartHeaderBytes = 28;
 
 // A parsed part. Immutable; owns its bytes.
 class PagePart {
   public:
     // Checks the checksum and every field against what the directory said. Throws
     // Error(corrupt|truncated|...).
-    PagePart(std::vector<std::byte> bytes, PageKey key, int first_slot, const std::string& file);
+    PagePart(std::vector<std::byte> bytes, PageKey key, int first_slot, const std::string& file,
+             const SummaryGrid& grid);
 
     bool is_zero_page() const { return kind_ == PageKind::zero; }
     const ZeroSpan& zero() const { return zero_; }
@@ -57,7 +61,7 @@ class PagePart {
     std::size_t bytes() const { return bytes_.size(); }
 
   private:
-    void parse_diamonds(ByteParser& in, DiamondId square);
+    void parse_diamonds(ByteParser& in, DiamondId square, const SummaryGrid& grid);
     void parse_zero(ByteParser& in, DiamondId square);
 
     std::vector<std::byte> bytes_;

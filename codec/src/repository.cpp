@@ -31,6 +31,7 @@ class FileRepository final : public Repository {
         source_->read(0, head);
         header_ = parse_header(head, source_->name(), source_->size());
         body_.emplace(header_.info.ellipsoid());
+        grid_.emplace(header_.grid());
         const std::vector<std::byte> bytes = read(header_.roots, "root values");
         roots_ = decode_roots(bytes, header_.info.n(), header_.radii[0], source_->name());
         directory_.emplace(*source_, read(header_.directory, "directory"));
@@ -90,7 +91,7 @@ class FileRepository final : public Repository {
             if (diamond != nullptr)
                 s = diamond->summary[static_cast<std::size_t>(half.side)];
             else
-                s = {part->zero().range.min, part->zero().range.max,
+                s = {part->zero().min, part->zero().max,
                      part->zero().delta[static_cast<std::size_t>(zero_level)]};
             return {quantum * s.min, quantum * s.max, s.delta};
         }
@@ -141,7 +142,8 @@ class FileRepository final : public Repository {
         if (entry) {
             std::vector<std::byte> bytes(entry->bytes);
             source_->read(entry->offset, bytes);
-            loaded = std::make_shared<PagePart>(std::move(bytes), key, entry->first_slot, source_->name());
+            loaded =
+                std::make_shared<PagePart>(std::move(bytes), key, entry->first_slot, source_->name(), *grid_);
             check_depth(*loaded, key);
             first = loaded->first_slot();
             end = loaded->end_slot();
@@ -217,6 +219,7 @@ class FileRepository final : public Repository {
     RootHeights roots_;
     std::optional<Directory> directory_;
     std::optional<Ellipsoid> body_;
+    std::optional<SummaryGrid> grid_;
 
     mutable std::mutex mutex_;
     mutable std::unordered_map<PageKey, std::vector<Cached>> cache_;

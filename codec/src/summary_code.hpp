@@ -1,32 +1,36 @@
-// Summaries in a page: three bytes a half, relative to the page's own range, rounded outwards. Integers
+// Summaries in a page: varints a half, relative to the part's own least height and greatest delta. Integers
 // decide.
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <vector>
 
+#include "bytes.hpp"
 #include "carat/codec/summary.hpp"
 
 namespace carat {
 
-// What a page says about the range of its summaries.
+// delta(k) = U[k % 16] / 2^16 * 2^(k / 16 - 40) metres, U[k] = ceil(2^16 * 2^(k/16)); strictly ascending in
+// k.
+inline constexpr int kGreatestDeltaIndex = 2047;
+double delta_of_index(int index);
+// Least index whose delta is at least the given one; kGreatestDeltaIndex if none is.
+int index_of_delta(double delta);
+
+// What the summaries of a part are relative to.
 struct SummaryRange {
-    std::int32_t min = 0, max = 0;  // quanta
-    float delta = 0;                // metres, the greatest of the page, rounded up
+    std::int32_t min = INT32_MAX, max = INT32_MIN;  // quanta
+    int delta = 0;                                  // greatest index
 
     void include(const SummaryValues& s);
 };
 
-struct SummaryCode {
-    std::uint8_t min = 0, max = 0, delta = 0;
-};
-
-SummaryCode encode_summary(const SummaryValues& s, const SummaryRange& range);
-SummaryValues decode_summary(const SummaryCode& code, const SummaryRange& range);
-
-// delta = range.delta * T[code % 16] / 2^16 / 2^(code / 16), T[k] = ceil(2^16 * 2^(-k/16)): at most 4.5 % too
-// large.
-double decode_delta(std::uint8_t code, float greatest);
-std::uint8_t encode_delta(double delta, float greatest);
+// Bytes that put_summary() appends.
+std::size_t summary_bytes(const SummaryValues& s, const SummaryRange& range, std::int64_t unit);
+// s: as SummaryGrid::rounded() made it, unit that of its level; within the range.
+void put_summary(std::vector<std::byte>& out, const SummaryValues& s, const SummaryRange& range,
+                 std::int64_t unit);
+// Throws Error(corrupt|truncated) by `in`.
+SummaryValues get_summary(ByteParser& in, const SummaryRange& range, std::int64_t unit);
 
 }  // namespace carat

@@ -44,6 +44,10 @@ int own_slots(PageKey key, DiamondId square, int j) {
     return own;
 }
 
+std::string megabytes(std::uint64_t bytes) {
+    return std::to_string((bytes + (std::uint64_t{1} << 20) - 1) >> 20) + " MiB";
+}
+
 // Throws Error(usage) for a header that readers refuse.
 void check_readable(std::span<const std::byte> header, const std::string& file, std::uint64_t file_bytes) {
     try {
@@ -94,7 +98,8 @@ struct ZeroMark {
 // Finds pages that a single "zero to level D" mark replaces, deepest band first.
 class ZeroMarks {
   public:
-    explicit ZeroMarks(const std::map<PageKey, PageContents>& pages) : pages_(pages) {
+    ZeroMarks(const std::map<PageKey, PageContents>& pages, const SummaryGrid& grid)
+        : pages_(pages), grid_(grid) {
         for (auto it = pages.rbegin(); it != pages.rend(); ++it)  // keys ascend with the band
             if (auto mark = mark_of(it->second)) marks_[it->first] = std::move(*mark);
         for (const auto& [key, mark] : marks_) absorb(key, mark.span);
@@ -125,15 +130,20 @@ class ZeroMarks {
             if (count[static_cast<std::size_t>(j)] != own_slots(page.key, square, j)) return std::nullopt;
         return full;
     }
-    static ZeroSpan own_span(const PageContents& page, int level, int full) {
-        ZeroSpan span{
-            level + full, {INT32_MAX, INT32_MIN, 0}, std::vector<double>(static_cast<std::size_t>(full))};
-        for (const PageEntry& d : page.diamonds)
-            for (const SummaryValues& s : d.entry->summary) {
-                span.range.include(s);
-                double& delta = span.delta[static_cast<std::size_t>(level_in_page(d.slot))];
+    ZeroSpan own_span(const PageContents& page, int level, int full) const {
+        ZeroSpan span;
+        span.end_level = level + full;
+        span.delta.resize(static_cast<std::size_t>(full));
+        for (const PageEntry& d : page.diamonds) {
+            const int j = level_in_page(d.slot);
+            double& delta = span.delta[static_cast<std::size_t>(j)];
+            for (const SummaryValues& exact : d.entry->summary) {
+                const SummaryValues s = grid_.rounded(exact, level + j);
+                span.min = std::min(span.min, s.min);
+                span.max = std::max(span.max, s.max);
                 delta = std::max(delta, s.delta);
             }
+        }
         return span;
     }
     // Extends the mark over nested pages: all of them zero to the same level, or none refined.
@@ -161,9 +171,8 @@ class ZeroMarks {
         ZeroSpan& span = mark.span;
         const ZeroSpan& z = nested.span;
         mark.loosest_end = std::min(mark.loosest_end, nested.loosest_end);
-        span.range.min = std::min(span.range.min, z.range.min);
-        span.range.max = std::max(span.range.max, z.range.max);
-        span.range.delta = std::max(span.range.delta, z.range.delta);
+        span.min = std::min(span.min, z.min);
+        span.max = std::max(span.max, z.max);
         for (std::size_t k = 0; k < z.delta.size(); ++k) {
             double& delta = span.delta[static_cast<std::size_t>(kBandLevels) + k];
             delta = std::max(delta, z.delta[k]);
@@ -176,6 +185,7 @@ class ZeroMarks {
     }
 
     const std::map<PageKey, PageContents>& pages_;
+    const SummaryGrid& grid_;
     std::unordered_map<PageKey, ZeroMark> marks_;
     std::unordered_set<PageKey> absorbed_;
 };
@@ -187,6 +197,7 @@ struct RepositoryWriter::State {
     std::ofstream file;
     FileHeader header;
     std::vector<PartEntry> parts;
+    std::uint64_t expected_bytes = 0;  // of the file, about
     bool completed = false, finished = false;
 
     std::uint64_t position() { return static_cast<std::uint64_t>(file.tellp()); }
@@ -195,8 +206,22 @@ struct RepositoryWriter::State {
         check();
     }
     void check() {
-        if (file) return;
-        throw Error(ErrorCode::io, partial.string() + ": cannot write: " + std::strerror(errno));
+        if (!file) fail(errno);
+    }
+    [[noreturn]] void fail(int error) const {
+        if (error != ENOSPC && error != EDQUOT)
+            throw Error(ErrorCode::io, partial.string() + ": cannot write: " + std::strerror(error));
+        std::error_code ignored;
+        const std::filesystem::space_info space =
+            std::filesystem::space(std::filesystem::absolute(partial).parent_path(), ignored);
+        throw Error(ErrorCode::io, partial.string() + ": no space left: the file needs about " +
+                                       megabytes(expected_bytes) + ", " +
+                                       megabytes(ignored ? 0 : space.available) + " are free");
+    }
+    void remove_partial() {
+        file.close();
+        std::error_code ignored;
+        std::filesystem::remove(partial, ignored);
     }
     void add_part(PageKey key, int first, std::span<const std::byte> bytes) {
         parts.push_back(
@@ -210,6 +235,7 @@ struct RepositoryWriter::State {
 
 // Splits a page greedily: a part takes slots while it stays within kMaxPartBytes, and at least one diamond.
 void RepositoryWriter::State::write_page(const PageContents& page, const BlobSource& source) {
+    const SummaryGrid grid = header.grid();
     std::vector<std::vector<std::byte>> blobs(page.diamonds.size());
     std::vector<PageDiamond> all;
     for (std::size_t k = 0; k < blobs.size(); ++k) {
@@ -218,17 +244,26 @@ void RepositoryWriter::State::write_page(const PageContents& page, const BlobSou
         if (blobs[k].size() != d.entry->blob_bytes)
             throw Error(ErrorCode::usage,
                         page_name(page.key) + " is given a blob of another length than announced");
-        all.push_back({d.slot, d.entry->info, blobs[k], d.entry->summary});
+        const int level = d.entry->id.level();
+        all.push_back({d.slot,
+                       d.entry->info,
+                       blobs[k],
+                       {grid.rounded(d.entry->summary[0], level), grid.rounded(d.entry->summary[1], level)}});
     }
+    const SummaryRange range = range_of(all);
     std::size_t begin = 0;
     int first = 0;
     while (begin < all.size()) {
         std::size_t cost = kPartHeaderBytes + (kPageSlots + 7) / 8, end = begin;
-        while (end < all.size() && (end == begin || cost + part_cost(all[end]) <= kMaxPartBytes))
-            cost += part_cost(all[end++]);
+        for (; end < all.size(); ++end) {
+            const std::size_t more = part_cost(page.key, all[end], range, grid);
+            if (end > begin && cost + more > kMaxPartBytes) break;
+            cost += more;
+        }
         const int last = end < all.size() ? all[end].slot : kPageSlots;
         add_part(page.key, first,
-                 encode_part(page.key, first, last - first, std::span(all).subspan(begin, end - begin)));
+                 encode_part(page.key, first, last - first, std::span(all).subspan(begin, end - begin), range,
+                             grid));
         first = last;
         begin = end;
     }
@@ -276,16 +311,20 @@ RepositoryWriter::RepositoryWriter(std::filesystem::path path, WriterSetup setup
             s.header.info.min_height = std::min(s.header.info.min_height, h);
             s.header.info.max_height = std::max(s.header.info.max_height, h);
         }
-    s.append(s.header.to_bytes());  // holds the place; every length is known
-    s.header.roots = {s.position(), static_cast<std::uint32_t>(roots.bytes.size()), checksum_of(roots.bytes)};
-    s.append(roots.bytes);
+    s.expected_bytes = setup.expected_bytes;
+    try {
+        s.append(s.header.to_bytes());  // holds the place; every length is known
+        s.header.roots = {s.position(), static_cast<std::uint32_t>(roots.bytes.size()),
+                          checksum_of(roots.bytes)};
+        s.append(roots.bytes);
+    } catch (...) {
+        s.remove_partial();
+        throw;
+    }
 }
 
 RepositoryWriter::~RepositoryWriter() {
-    if (state_->finished) return;
-    state_->file.close();
-    std::error_code ignored;
-    std::filesystem::remove(state_->partial, ignored);
+    if (!state_->finished) state_->remove_partial();
 }
 
 void RepositoryWriter::write(std::vector<DiamondRecord> diamonds) {
@@ -314,7 +353,8 @@ void RepositoryWriter::write(std::span<const DiamondEntry> diamonds, const BlobS
     }
     s.header.info.refined_diamonds = diamonds.size();
     for (auto& [key, page] : pages) sort_slots(page.diamonds, key);
-    const ZeroMarks zero(pages);
+    const SummaryGrid grid = s.header.grid();
+    const ZeroMarks zero(pages, grid);
     for (const auto& [key, page] : pages) {
         if (zero.absorbed(key)) continue;
         if (const ZeroSpan* span = zero.find(key))

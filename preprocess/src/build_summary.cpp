@@ -26,10 +26,11 @@ void for_facts(const BuildContext& context, int level, F f) {
 
 // delta(h) = max(flat(h), delta of its children,
 //                flat(h) + greatest deviation from the half g + delta(g) over the halves g six levels finer,
-//                or leaves).
+//                or leaves), rounded outwards to the file's grid, as are heights, before it goes further up.
 class Summariser {
   public:
-    explicit Summariser(const BuildContext& context) : context_(context) {}
+    explicit Summariser(const BuildContext& context)
+        : context_(context), grid_(context.options.body.a(), context.quantum, context.options.log2_cells) {}
 
     Summaries run() {
         std::size_t count = 0;
@@ -84,6 +85,7 @@ class Summariser {
             fold(own, level, child, refined.has_value(), there.delta);
         }
         summary.delta = state.delta;
+        summary = grid_.rounded(summary, level);
     }
 
     void fold(const Half& own, int level, const ChildFacts& child, bool refined, double delta) {
@@ -104,6 +106,7 @@ class Summariser {
     }
 
     const BuildContext& context_;
+    SummaryGrid grid_;
     std::vector<std::size_t> first_;  // of each level
     std::vector<LevelState> states_;
     Summaries out_;

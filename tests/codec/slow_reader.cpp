@@ -237,7 +237,7 @@ void Reader::read_header() {
     Cursor first{bytes_.data(), bytes_.data() + bytes_.size(), "header"};
     const std::vector<std::uint8_t> magic{0x8A, 0x43, 0x41, 0x52, 0x41, 0x54, 0x0D, 0x0A};
     demand(first.take(8) == magic, "wrong magic");
-    if (first.u32() != 2) refuse("unsupported", "format version");
+    if (first.u32() != 3) refuse("unsupported", "format version");
     const std::uint64_t length = first.u32();
     demand(length >= 160, "header too short");
     if (length > (std::uint64_t{1} << 24)) refuse("limit", "header too long");
@@ -464,11 +464,25 @@ int slot_of(const Diamond& d, const Point& square) {
     }
 }
 
+double summary_delta(int index) {
+    static constexpr std::array<int, 16> kSixteenths{65536,  68438,  71468,  74632, 77936,  81387,
+                                                     84990,  88753,  92682,  96786, 101071, 105546,
+                                                     110218, 115098, 120194, 125515};
+    return kSixteenths[static_cast<std::size_t>(index % 16)] / 65536.0 * std::pow(2.0, index / 16 - 40);
+}
+
 int sub_level(int slot) {
     return slot < 1 ? 0 : slot < 5 ? 1 : slot < 9 ? 2 : slot < 21 ? 3 : slot < 37 ? 4 : 5;
 }
 
 }  // namespace
+
+// 10: multiples of 2^k quanta
+std::int64_t Reader::summary_unit(int level) const {
+    const int e = std::clamp(std::ilogb(header_.a / header_.quantum), -100, 100);
+    const int k = std::max(0, std::min({24, e - 19, e - header_.p - 3 - level / 2}));
+    return std::int64_t{1} << k;
+}
 
 // 7.3, 7.4
 Reader::Part Reader::parse_part(const PartPlace& place) {
@@ -494,14 +508,17 @@ Reader::Part Reader::parse_part(const PartPlace& place) {
         demand(in.u8() == 0, in.what + ": reserved");
     }
     part.least = in.i32();
-    part.greatest = in.i32();
-    part.delta = in.f32();
-    demand(part.least <= part.greatest && std::isfinite(part.delta) && part.delta >= 0, in.what + ": range");
     if (part.zero) {
-        for (int l = level; l < part.zero_end; ++l) part.zero_delta.push_back(in.u8());
+        part.greatest = in.i32();
+        demand(part.least <= part.greatest, in.what + ": range");
+        for (int l = level; l < part.zero_end; ++l) part.zero_delta.push_back(static_cast<int>(in.u16()));
+        for (const int index : part.zero_delta) demand(index <= 2047, in.what + ": delta");
         demand(in.left() == 0, in.what + ": bytes left over");
         return part;
     }
+    part.delta = static_cast<int>(in.u16());
+    demand(part.delta <= 2047, in.what + ": delta");
+    demand(in.u16() == 0, in.what + ": reserved");
     const auto bitmap = in.take(static_cast<std::uint64_t>((part.slots + 7) / 8));
     for (int k = 0; k < 8 * static_cast<int>(bitmap.size()); ++k) {
         if ((bitmap[static_cast<std::size_t>(k / 8)] >> (k % 8) & 1) == 0) continue;
@@ -516,8 +533,18 @@ Reader::Part Reader::parse_part(const PartPlace& place) {
         entry.leaf = (info & 4) != 0 ? 4 : 2;
         entry.order = 2 * (info >> 3) + 2;
         demand(entry.mode <= 2 && entry.order <= 6, in.what + ": mode");
-        for (auto& summary : entry.summary)
-            for (int& byte : summary) byte = in.u8();
+        for (Summary& s : entry.summary) {  // 10
+            const std::int64_t unit = summary_unit(level + sub_level(slot));
+            std::int64_t base = part.least;
+            while (base % unit != 0) --base;
+            const std::int64_t least = base + unit * static_cast<std::int64_t>(in.varint());
+            const std::int64_t most = least + unit * static_cast<std::int64_t>(in.varint());
+            const std::int64_t below = static_cast<std::int64_t>(in.varint());
+            demand(least < 2147483648 && most < 2147483648 + unit && below <= part.delta,
+                   in.what + ": summary");
+            s = {least, std::min<std::int64_t>(most, 2147483647),
+                 summary_delta(part.delta - static_cast<int>(below))};
+        }
         lengths.push_back(in.varint());
     }
     std::size_t k = 0;
@@ -971,22 +998,15 @@ const Heights& Reader::heights(const Point& centre) {
 // ---- 10 Summaries ----
 
 Summary Reader::summary(const Point& centre, int half) {
-    static constexpr std::array<int, 16> kT{65536, 62758, 60097, 57549, 55109, 52773, 50536, 48393,
-                                            46341, 44377, 42495, 40694, 38968, 37316, 35734, 34219};
     const std::optional<Found> found = find(centre);
     demand(found.has_value(), "a leaf has no summary");
     const Part& part = *found->part;
-    const auto delta = [&](int byte) {
-        return part.delta * kT[static_cast<std::size_t>(byte % 16)] / std::pow(2.0, 16 + byte / 16);
-    };
     if (found->entry == nullptr) {
         const int top = part.zero_end - static_cast<int>(part.zero_delta.size());
         const auto level = static_cast<std::size_t>(Diamond::at(centre).level - top);
-        return {part.least, part.greatest, delta(part.zero_delta[level])};
+        return {part.least, part.greatest, summary_delta(part.zero_delta[level])};
     }
-    const auto& bytes = found->entry->summary[static_cast<std::size_t>(half)];
-    const std::int64_t span = part.greatest - part.least;
-    return {part.least + span * bytes[0] / 255, part.least + (span * bytes[1] + 254) / 255, delta(bytes[2])};
+    return found->entry->summary[static_cast<std::size_t>(half)];
 }
 
 }  // namespace slow

@@ -98,14 +98,14 @@ class Reader {
     };
     struct Entry {
         int mode = 0, leaf = 2, order = 4;
-        std::array<std::array<int, 3>, 2> summary{};
+        std::array<Summary, 2> summary{};
         std::vector<std::uint8_t> blob;
     };
     struct Part {
         bool zero = false;
         int first = 0, slots = 77, zero_end = 0;
         std::int64_t least = 0, greatest = 0;
-        double delta = 0;
+        int delta = 0;
         std::map<int, Entry> entries;
         std::vector<int> zero_delta;
     };
@@ -119,6 +119,7 @@ class Reader {
     void read_directory();
     const Part* part(std::uint64_t key, int slot);
     Part parse_part(const PartPlace& place);
+    std::int64_t summary_unit(int level) const;
     std::optional<Found> find(const Point& centre);
     const std::map<Point, std::int64_t>& samples(const Point& centre);
 

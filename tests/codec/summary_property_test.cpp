@@ -20,62 +20,109 @@ namespace {
 
 // ---- codes ----
 
-TEST(SummaryCode, RoundsOutwardsAlways) {
+SummaryValues random_summary(Random& random) {
+    const std::int64_t reach = std::int64_t{1} << random.integer(0, 30);
+    const auto height = [&] { return static_cast<std::int32_t>(random.integer(-reach, reach)); };
+    const std::int32_t a = height(), b = height();
+    const double delta = random.integer(0, 8) == 0 ? 0.0 : std::exp2(random.real(-39, 40));
+    return {std::min(a, b), std::max(a, b), delta};
+}
+
+TEST(SummaryCode, RoundsOutwardsAndTwiceIsOnce) {
     Random random;
     SCOPED_TRACE(random.trace());
     double worst = 1;
-    for (int round = 0; round < 3000; ++round) {
-        const std::int64_t reach = std::int64_t{1} << random.integer(0, 31);
-        const auto height = [&] {
-            return static_cast<std::int32_t>(
-                std::clamp<std::int64_t>(random.integer(-reach, reach), INT32_MIN, INT32_MAX));
-        };
-        std::vector<SummaryValues> values(static_cast<std::size_t>(random.integer(1, 12)));
-        SummaryRange range{INT32_MAX, INT32_MIN, 0};
-        for (auto& v : values) {
-            const std::int32_t a = height(), b = height();
-            v = {std::min(a, b), std::max(a, b), round % 9 == 0 ? 0.0 : std::exp2(random.real(-30, 30))};
-            range.include(v);
-        }
-        for (const auto& v : values) {
-            const SummaryValues s = decode_summary(encode_summary(v, range), range);
-            ASSERT_LE(s.min, v.min);
-            ASSERT_GE(s.max, v.max);
-            ASSERT_GE(s.delta, v.delta);
-            ASSERT_GE(s.min, range.min);
-            ASSERT_LE(s.max, range.max);
-            // Within one step of the code: no looser than need be.
-            const double step = (static_cast<double>(range.max) - range.min) / 255 + 1;
-            ASSERT_LT(v.min - static_cast<double>(s.min), step);
-            ASSERT_LT(static_cast<double>(s.max) - v.max, step);
-            ASSERT_LE(s.delta, static_cast<double>(range.delta));
-            if (v.delta > static_cast<double>(range.delta) / 32768)
-                worst = std::max(worst, s.delta / v.delta);
-        }
+    for (int round = 0; round < 20000; ++round) {
+        const SummaryGrid grid(std::exp2(random.real(0, 30)), std::exp2(random.real(-12, 0)),
+                               static_cast<int>(random.integer(2, 7)));
+        const int level = static_cast<int>(random.integer(0, 50));
+        const SummaryValues v = random_summary(random), s = grid.rounded(v, level),
+                            t = grid.rounded(s, level);
+        ASSERT_LE(s.min, v.min);
+        ASSERT_GE(s.max, v.max);
+        ASSERT_GE(s.delta, v.delta);
+        ASSERT_LT(std::int64_t{v.min} - s.min, grid.unit(level)) << "no looser than need be";
+        ASSERT_LT(std::int64_t{s.max} - v.max, grid.unit(level));
+        if (v.delta > 0) worst = std::max(worst, s.delta / v.delta);
+        ASSERT_EQ(t.min, s.min);
+        ASSERT_EQ(t.max, s.max);
+        ASSERT_EQ(t.delta, s.delta);
     }
     std::cout << "greatest overestimation of delta by its code " << worst << '\n';
     EXPECT_LT(worst, 1.0453);
 }
 
-TEST(SummaryCode, EveryCodeDecodesInOrder) {
-    const SummaryRange range{INT32_MIN, INT32_MAX, 3e38f};
-    for (int k = 1; k < 256; ++k) {
-        const auto low = static_cast<std::uint8_t>(k - 1), high = static_cast<std::uint8_t>(k);
-        EXPECT_LT(decode_summary({low, low, low}, range).min, decode_summary({high, high, high}, range).min);
-        EXPECT_LT(decode_summary({low, low, low}, range).max, decode_summary({high, high, high}, range).max);
-        EXPECT_GT(decode_delta(low, range.delta), decode_delta(high, range.delta));
+// Rounding what goes into the half above changes none of its heights: a coarser grid contains the finer one.
+TEST(SummaryCode, RoundingOnTheWayUpIsRoundingAtTheTop) {
+    Random random;
+    SCOPED_TRACE(random.trace());
+    for (int round = 0; round < 5000; ++round) {
+        const SummaryGrid grid(6378137, std::exp2(random.real(-12, 0)), 6);
+        const int level = static_cast<int>(random.integer(1, 50));
+        ASSERT_EQ(grid.unit(level - 1) % grid.unit(level), 0);
+        const SummaryValues v = random_summary(random);
+        const SummaryValues steps = grid.rounded(grid.rounded(v, level), level - 1),
+                            once = grid.rounded(v, level - 1);
+        ASSERT_EQ(steps.min, once.min);
+        ASSERT_EQ(steps.max, once.max);
+        ASSERT_EQ(steps.delta, once.delta);
     }
-    EXPECT_EQ(decode_summary({0, 0, 0}, range).min, INT32_MIN);
-    EXPECT_EQ(decode_summary({255, 255, 0}, range).min, INT32_MAX);
-    EXPECT_EQ(decode_summary({0, 255, 0}, range).max, INT32_MAX);
 }
 
-TEST(SummaryCode, DeltaOfZeroAndTinyRangesStaysABound) {
-    for (const float greatest : {0.0f, 1e-45f, 1e-38f, 1.0f})
-        for (const double share : {0.0, 1e-9, 0.3, 1.0}) {
-            const double delta = share * static_cast<double>(greatest);
-            EXPECT_GE(decode_delta(encode_delta(delta, greatest), greatest), delta);
+TEST(SummaryCode, WhatIsPutComesBack) {
+    Random random;
+    SCOPED_TRACE(random.trace());
+    for (int round = 0; round < 3000; ++round) {
+        const SummaryGrid grid(6378137, std::exp2(random.real(-12, 0)), 6);
+        std::vector<std::pair<SummaryValues, int>> values;
+        SummaryRange range;
+        for (std::int64_t k = random.integer(1, 12); k > 0; --k) {
+            const int level = static_cast<int>(random.integer(0, 50));
+            values.emplace_back(grid.rounded(random_summary(random), level), level);
+            range.include(values.back().first);
         }
+        std::vector<std::byte> bytes;
+        std::size_t expected = 0;
+        for (const auto& [s, level] : values) {
+            put_summary(bytes, s, range, grid.unit(level));
+            expected += summary_bytes(s, range, grid.unit(level));
+        }
+        ASSERT_EQ(bytes.size(), expected);
+        ByteParser in(bytes, "summaries");
+        for (const auto& [s, level] : values) {
+            const SummaryValues back = get_summary(in, range, grid.unit(level));
+            ASSERT_EQ(back.min, s.min);
+            ASSERT_EQ(back.max, s.max);
+            ASSERT_EQ(back.delta, s.delta);
+        }
+        ASSERT_EQ(in.left(), 0u);
+    }
+}
+
+TEST(SummaryCode, EveryDeltaIndexDecodesInOrder) {
+    for (int k = 1; k <= kGreatestDeltaIndex; ++k) {
+        ASSERT_GT(delta_of_index(k), delta_of_index(k - 1));
+        ASSERT_EQ(index_of_delta(delta_of_index(k)), k);
+    }
+    EXPECT_EQ(index_of_delta(0), 0);
+    EXPECT_EQ(index_of_delta(1e300), kGreatestDeltaIndex);
+    EXPECT_DOUBLE_EQ(delta_of_index(640), 1.0);
+}
+
+TEST(SummaryCode, ImpossibleSummariesAreCorrupt) {
+    const auto read = [](std::vector<std::uint64_t> numbers) {
+        std::vector<std::byte> bytes;
+        for (const std::uint64_t x : numbers) put_varint(bytes, x);
+        ByteParser in(bytes, "summary");
+        SummaryRange range;
+        range.min = 5;
+        range.delta = 3;
+        return get_summary(in, range, 1);
+    };
+    EXPECT_EQ(read({2, 3, 3}).max, 10);
+    for (const std::vector<std::uint64_t>& bad :
+         {std::vector<std::uint64_t>{0, 0, 4}, {0xFFFFFFFF, 0, 0}, {0, 0xFFFFFFFF, 0}, {0x7FFFFFFB, 0, 0}})
+        EXPECT_THROW(read(bad), Error);
 }
 
 // ---- children take their half from their parents ----

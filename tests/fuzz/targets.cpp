@@ -124,12 +124,14 @@ void page(std::span<const std::byte> input) {
     if (part.size() >= 18 && part[16] == std::byte{0}) part[17] = static_cast<std::byte>(first);
     put_checksum(part, 0, std::span(part).subspan(8));
     accepted([&] {
-        const PagePart parsed(part, key, first, "fuzz");
+        const SummaryGrid grid(6378137, 1.0 / 256, 3);
+        const PagePart parsed(part, key, first, "fuzz", grid);
         for (const PageDiamond& d : parsed.diamonds())
             if (parsed.find(d.slot) != &d || d.slot < first || d.slot >= parsed.end_slot())
                 broken("slots are found");
-        if (!parsed.is_zero_page() &&
-            encode_part(key, first, parsed.end_slot() - first, parsed.diamonds()).size() > part.size())
+        if (!parsed.is_zero_page() && encode_part(key, first, parsed.end_slot() - first, parsed.diamonds(),
+                                                  range_of(parsed.diamonds()), grid)
+                                              .size() > part.size())
             broken("a part that is read is written no longer");
     });
 }

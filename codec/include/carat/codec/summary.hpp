@@ -9,10 +9,28 @@
 
 namespace carat {
 
-// Exact summary of a half before it is rounded outwards into the file: heights in quanta, delta in metres.
+// Summary of a half, exact or rounded outwards for the file: heights in quanta, delta in metres.
 struct SummaryValues {
     std::int32_t min = 0, max = 0;
     double delta = 0;
+};
+
+// The grid that a file's summaries are rounded outwards to, the same for every page: a summary that is
+// rounded before it goes into that of the half above makes both a matter of what the file itself says.
+class SummaryGrid {
+  public:
+    // a: equatorial semi-axis, metres.
+    SummaryGrid(double a, double quantum, int log2_cells);
+
+    // Heights of a level's summaries are multiples of this, quanta; a power of two, that of the level above
+    // is no smaller.
+    std::int64_t unit(int level) const;
+    // Heights to multiples of the unit, delta to a sixteenth of an octave; rounded twice is rounded once.
+    SummaryValues rounded(const SummaryValues& s, int level) const;
+
+  private:
+    static constexpr int kGreatestUnit = 24;  // log2
+    int exponent_, log2_cells_;
 };
 
 // Least and greatest height of a half's own vertices, and the greatest range within one cell, quanta.

@@ -48,9 +48,10 @@ struct WriterSetup {
     double quantum = 0, tolerance = 0;
     Ellipsoid body = Ellipsoid::earth();
     std::string vertical_datum = "unstated";
-    std::string provenance = "{}";    // JSON
-    Coding coding;                    // of every record's residuals; `orders` is not stored
-    double rms_tolerance = 0;         // metres; 0: not promised
+    std::string provenance = "{}";     // JSON
+    Coding coding;                     // of every record's residuals; `orders` is not stored
+    double rms_tolerance = 0;          // metres; 0: not promised
+    std::uint64_t expected_bytes = 0;  // of the file, for the message of a full disk
     std::vector<std::int32_t> radii;  // radii[0]: root values; radii[l + 1]: residuals of diamonds of level l
 };
 
