@@ -41,20 +41,31 @@ Json to_json(const LayerInfo& l) {
             {"geoid", l.geoid}};
 }
 
+Json to_json(const LayerShare& s) {
+    return {{"refined", s.refined}, {"zero", s.zero}, {"residual_bytes", s.residual_bytes}};
+}
+
+Json to_json(const BuildEstimate& e) {
+    return {{"sampled_diamonds", e.sampled}, {"file_bytes", e.file_bytes}, {"seconds", e.seconds}};
+}
+
 Json to_json(const BuildPlan& plan, const BuildOptions& o) {
     Json layers = Json::array();
     for (const LayerInfo& l : plan.layers) layers.push_back(to_json(l));
-    return {{"output", o.output.string()},
-            {"tolerance_m", o.tolerance},
-            {"vertical_datum", o.vertical_datum},
-            {"layers", layers},
-            {"warnings", plan.warnings},
-            {"refined_by_level", plan.refined_by_level},
-            {"refined_diamonds", plan.refined},
-            {"leaf_samples", plan.leaf_samples},
-            {"source_samples", plan.source_samples},
-            {"temporary_bytes", plan.temporary_bytes},
-            {"temporary_folder", plan.temporary_folder.string()}};
+    Json json{{"output", o.output.string()},
+              {"tolerance_m", o.tolerance},
+              {"vertical_datum", o.vertical_datum},
+              {"layers", layers},
+              {"warnings", plan.warnings},
+              {"refined_by_level", plan.refined_by_level},
+              {"refined_diamonds", plan.refined},
+              {"leaf_samples", plan.leaf_samples},
+              {"source_samples", plan.source_samples},
+              {"temporary_bytes", plan.temporary_bytes},
+              {"temporary_folder", plan.temporary_folder.string()}};
+    if (plan.estimate) json["estimate"] = to_json(*plan.estimate);
+    for (const LayerShare& s : plan.shares) json["shares"].push_back(to_json(s));
+    return json;
 }
 
 Json to_json(const Certification& c) {
@@ -113,6 +124,13 @@ void print_text(const BuildPlan& plan) {
                grouped(plan.source_samples));
 }
 
+void print_estimate(const BuildPlan& plan, const BuildEstimate& e) {
+    fmt::print(
+        "expected about {} of file, {} of time; at most {} of temporary files in {} ({} diamonds tried)\n",
+        bytes_text(e.file_bytes), duration(e.seconds), bytes_text(plan.temporary_bytes),
+        plan.temporary_folder.string(), grouped(e.sampled));
+}
+
 void print_certification(const Certification& c) {
     if (c.reached())
         fmt::print(
@@ -131,8 +149,10 @@ void print_certification(const Certification& c) {
 void print_plan(const BuildPlan& plan, const BuildOptions& options, bool json) {
     if (json)
         fmt::print("{}\n", to_json(plan, options).dump(2));
-    else
+    else {
         print_text(plan);
+        if (plan.estimate) print_estimate(plan, *plan.estimate);
+    }
 }
 
 void print_report(const BuildReport& r, const BuildOptions& options, bool json) {

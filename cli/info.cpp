@@ -28,7 +28,8 @@ struct Options {
 constexpr const char* kFooter = R"(
 Prints the header of a file and, for each level, how many diamonds are refined, how many of these need no bytes
 because prediction alone meets the tolerance, and the bytes of the others. Level l has 6 * 2^l diamonds in all; the
-spacing is the mean distance of the samples that refinement of the level adds to.
+spacing is the mean distance of the samples that refinement of the level adds to. The same by layer, as the builder
+counted: a diamond belongs to the first layer with samples at its centre, or within 16 samples of it.
 
 --header reads a few kilobytes; without it every page is read once (and its checksum checked).
 
@@ -167,6 +168,24 @@ void print_census(const RepositoryHeader& h, const FileCensus& c, std::uint64_t 
     }
 }
 
+std::string layer_name(const Json& provenance, std::size_t k) {
+    const Json layers = provenance.value("layers", Json::array());
+    return k < layers.size() ? layers[k].value("name", "?") : "base height";
+}
+
+// What the builder counted; taken out of the provenance.
+void print_shares(Json& provenance) {
+    if (!provenance.is_object() || !provenance.contains("shares")) return;
+    fmt::print("\n{:<32}  {:>14}  {:>14}  {:>15}\n", "layer at a diamond's centre", "refined",
+               "of these zero", "residual bytes");
+    std::size_t k = 0;
+    for (const Json& s : provenance["shares"])
+        fmt::print("{:<32}  {:>14}  {:>14}  {:>15}\n", layer_name(provenance, k++),
+                   grouped(s.value("refined", std::uint64_t{0})), grouped(s.value("zero", std::uint64_t{0})),
+                   grouped(s.value("residual_bytes", std::uint64_t{0})));
+    provenance.erase("shares");
+}
+
 // What the builder measured; taken out of the provenance, which is printed as JSON.
 void print_source_errors(Json& provenance) {
     if (!provenance.is_object() || !provenance.contains("source_errors")) return;
@@ -190,6 +209,7 @@ int run(const Options& o) {
     }
     print_header(o.file, *repository);
     if (!o.header_only) print_census(repository->header(), census, source_samples(json["provenance"]));
+    if (!o.header_only) print_shares(json["provenance"]);
     print_source_errors(json["provenance"]);
     if (const Json& p = json["provenance"]; !p.empty()) fmt::print("\nprovenance {}\n", p.dump(2));
     return kSuccess;

@@ -1,6 +1,7 @@
 #include "carat/preprocess/build.hpp"
 
 #include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <chrono>
@@ -9,6 +10,7 @@
 #include <stdexcept>
 
 #include "build_certify.hpp"
+#include "build_estimate.hpp"
 #include "build_passes.hpp"
 #include "build_plan.hpp"
 #include "build_workspace.hpp"
@@ -141,11 +143,26 @@ void write_file(const BuildContext& context, const Summaries& summaries, Reposit
     });
 }
 
+std::vector<LayerShare> shares_of(const SourceStack& sources, const std::vector<DiamondEntry>& diamonds) {
+    const std::size_t layers = sources.layers().size();
+    std::vector<std::int8_t> layer(diamonds.size());
+    tbb::parallel_for(std::size_t{0}, diamonds.size(), [&](std::size_t k) {
+        layer[k] = static_cast<std::int8_t>(sources.layer_near(direction(diamonds[k].id.centre())));
+    });
+    std::vector<LayerShare> out(layers + 1);
+    for (std::size_t k = 0; k < diamonds.size(); ++k) {
+        LayerShare& s = out[layer[k] == kBaseLayer ? layers : static_cast<std::size_t>(layer[k])];
+        ++s.refined;
+        if (diamonds[k].blob_bytes == 0) ++s.zero;
+        s.residual_bytes += diamonds[k].blob_bytes;
+    }
+    return out;
+}
+
 // The passes, from sources to a file.
-BuildReport run_passes(const BuildContext& context, const BuildPlan& plan,
+BuildReport run_passes(const BuildContext& context, BuildPlan plan,
                        const std::optional<Certification>& certification) {
     BuildReport report;
-    report.plan = plan;
     report.certification = certification;
     ProgressReporter& progress = context.progress;
     progress.begin(BuildStage::sampling, plan.refined);
@@ -157,14 +174,20 @@ BuildReport run_passes(const BuildContext& context, const BuildPlan& plan,
     progress.begin(BuildStage::summarising, plan.refined);
     const Summaries summaries = summarise_levels(context);
     errors.add(summaries.errors);
+    plan.shares = shares_of(context.sources, summaries.diamonds);
 
     progress.begin(BuildStage::writing, plan.refined);
-    RepositoryWriter writer(context.options.output, writer_setup(context, plan, context.depth()), coded);
+    WriterSetup setup = writer_setup(context, plan, context.depth());
+    constexpr std::uint64_t kIndexBytes = 10;  // of a diamond, about
+    setup.expected_bytes =
+        summaries.blob_bytes + kIndexBytes * summaries.diamonds.size() + setup.provenance.size();
+    RepositoryWriter writer(context.options.output, std::move(setup), coded);
     write_file(context, summaries, writer);
     for (const DiamondEntry& d : summaries.diamonds)
         ++(d.blob_bytes == 0 ? report.zero_diamonds : report.coded_diamonds);
     if (context.options.measures()) report.errors = measure_file(context, plan, certification, writer);
     report.file_bytes = writer.finish();
+    report.plan = std::move(plan);
     report.max_error = errors.max;
     report.rms_error = std::sqrt(errors.squares / static_cast<double>(errors.count));
     return report;
@@ -198,7 +221,10 @@ BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& callba
     progress.begin(BuildStage::planning, 0);
     RefinedLevels levels = plan_depth(options, sources, progress);
     if (options.certify) certify_depth(options, sources, levels, progress);
-    return plan_of(options, sources, levels);
+    progress.begin(BuildStage::sampling, 0);
+    BuildPlan plan = plan_of(options, sources, levels);
+    plan.estimate = estimate_build(options, sources, levels, plan);
+    return plan;
 }
 
 BuildReport build_repository(const BuildOptions& options, const ProgressFunction& callback,

@@ -17,9 +17,9 @@ double rounded(double x) {
     return (x + kShift) - kShift;
 }
 
-void to_quanta(const BuildContext& context, std::span<const double> heights, std::span<std::int32_t> out) {
+void to_quanta(double quantum, std::span<const double> heights, std::span<std::int32_t> out) {
     for (std::size_t k = 0; k < heights.size(); ++k) {
-        const double scaled = heights[k] / context.quantum;
+        const double scaled = heights[k] / quantum;
         if (!(std::abs(scaled) <= kGreatestQuanta))
             throw Error(ErrorCode::limit, "a height of " + std::to_string(heights[k]) +
                                               " m exceeds 2^30 quanta; choose a larger --quantum");
@@ -81,7 +81,7 @@ class Gatherer {
         if (!refined) {
             s_.heights.resize(s_.quarter.size());
             context_.sources.sample(child, n_ - 1, s_.heights);
-            return to_quanta(context_, s_.heights, s_.quarter);
+            return to_quanta(context_.quantum, s_.heights, s_.quarter);
         }
         context_.store.read({StepKind::vertices, level, *refined / kStepDiamonds}, *refined % kStepDiamonds,
                             s_.record);
@@ -113,20 +113,19 @@ void reference_level(const BuildContext& context, int level) {
               });
 }
 
-std::vector<std::int32_t> sample_face(const BuildContext& context, int face) {
-    const int n = context.n();
+}  // namespace
+
+std::vector<std::int32_t> sample_face(const SourceStack& sources, double quantum, int n, int face) {
     const HalfFrame frame = half_frame({root_diamond(face), 0}, n - 1);
     std::vector<LatticePoint> points;
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) points.push_back(frame.vertex(i, j));
     std::vector<double> heights(points.size());
-    context.sources.sample(points, heights);
+    sources.sample(points, heights);
     std::vector<std::int32_t> quanta(points.size());
-    to_quanta(context, heights, quanta);
+    to_quanta(quantum, heights, quanta);
     return quanta;
 }
-
-}  // namespace
 
 FaceHeights make_reference(const BuildContext& context) {
     // Levels whose reference is complete, or has been coded and dropped, are not looked at again.
@@ -143,7 +142,7 @@ FaceHeights make_reference(const BuildContext& context) {
         auto& out = roots[static_cast<std::size_t>(face)];
         const auto refined = position_of(context.levels, root_diamond(face), 0);
         if (context.options.mode == Mode::interpolating || !refined) {
-            out = sample_face(context, face);
+            out = sample_face(context.sources, context.quantum, context.n(), face);
             continue;
         }
         std::vector<std::byte> record;

@@ -43,6 +43,10 @@ Json file_json(const FileInfo& f) {
             {"height", f.height}};
 }
 
+Json share_json(const LayerShare& s) {
+    return {{"refined", s.refined}, {"zero", s.zero}, {"residual_bytes", s.residual_bytes}};
+}
+
 Json layer_json(const LayerInfo& info, const LayerOptions& options) {
     Json files = Json::array();
     for (const FileInfo& f : info.files) files.push_back(file_json(f));
@@ -90,6 +94,11 @@ std::string provenance_json(const BuildOptions& o, const BuildPlan& plan, const 
              {"depth_bias", o.depth_bias},
              {"max_level", o.max_level},
              {"source_samples", plan.source_samples}};
+    if (!plan.shares.empty()) {
+        Json shares = Json::array();
+        for (const LayerShare& s : plan.shares) shares.push_back(share_json(s));
+        out["shares"] = shares;
+    }
     if (o.certify) out["certify_m"] = *o.certify;
     if (certification && certification->reached())
         out["certificate"] = {{"bound_m", certification->bound}, {"samples", certification->samples}};
@@ -111,6 +120,10 @@ Provenance parse_provenance(const std::string& json) {
         Provenance out;
         for (const Json& layer : j.at("layers")) out.layers.push_back(recorded_layer(layer));
         out.base_height = j.at("base_height").get<double>();
+        if (j.contains("shares"))
+            for (const Json& s : j["shares"])
+                out.shares.push_back({s.at("refined").get<std::uint64_t>(), s.at("zero").get<std::uint64_t>(),
+                                      s.at("residual_bytes").get<std::uint64_t>()});
         if (j.contains("certificate")) out.certificate = j["certificate"].at("bound_m").get<double>();
         if (j.contains("source_errors")) out.errors = error_summary_of_json(j["source_errors"].dump());
         return out;

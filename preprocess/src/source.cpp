@@ -255,6 +255,16 @@ double SourceStack::finest_spacing(DiamondId d) const {
     return std::min(state_->finest({d, 0}), state_->finest({d, 1}));
 }
 
+int SourceStack::layer_near(const Vec3& n) const {
+    std::array<Vec3, 7> places;
+    places.fill(n);
+    const Cap cap = cap_of(places);
+    for (std::size_t k = 0; k < state_->layers.size(); ++k)
+        if (state_->layers[k]->may_meet(cap) && std::isfinite(state_->layers[k]->cover(places, cap).spacing))
+            return static_cast<int>(k);
+    return kBaseLayer;
+}
+
 const std::vector<LayerInfo>& SourceStack::layers() const { return state_->infos; }
 const std::vector<std::string>& SourceStack::warnings() const { return state_->warnings; }
 const Ellipsoid& SourceStack::body() const { return state_->body; }

@@ -96,5 +96,45 @@ TEST(HostileInputs, UnreadableFilesAreErrorsThatNameThemAndNothingIsWritten) {
     }
 }
 
+TEST(HostileInputs, LayersOfTwoBodiesAreRefusedAndNothingIsWritten) {
+    const Scratch scratch;
+    synth::Options small;
+    small.size = 64;
+    small.inset_size = 16;
+    BuildOptions options = synthetic_build(synth::Kind::earth, scratch.folder, 64);
+    const synth::Written moon = synth::write(synth::Kind::moon, scratch.folder / "moon", small).back();
+    options.layers.push_back({{(scratch.folder / "moon" / moon.name).string()}});
+    try {
+        build_repository(options);
+        FAIL() << "built of two bodies";
+    } catch (const Error& e) {
+        EXPECT_EQ(e.code(), ErrorCode::usage);
+        EXPECT_NE(std::string(e.what()).find(moon.name), std::string::npos) << e.what();
+    }
+    EXPECT_FALSE(std::filesystem::exists(options.output));
+    EXPECT_FALSE(std::filesystem::exists(options.output.string() + ".partial"));
+    EXPECT_FALSE(std::filesystem::exists(options.output.string() + ".build"));
+}
+
+// Where layers of equal resolution overlap the first one gives the height, in the middle undiluted.
+TEST(HostileInputs, OfEqualLayersTheFirstWins) {
+    const Scratch scratch;
+    BuildOptions options = synthetic_build(synth::Kind::overlap, scratch.folder);
+    const std::vector<LayerOptions> given = options.layers;
+    ASSERT_EQ(given.size(), 3u);
+    options.overwrite = true;
+    constexpr double kLatitude = 42.5, kLongitude = 17.5;  // in all three, far from every border
+    for (std::size_t first = 0; first < 3; ++first) {
+        options.layers = {given[first], given[(first + 1) % 3], given[(first + 2) % 3]};
+        build_repository(options);
+        const SourceStack alone({given[first]}, options.body, 0, std::size_t{64} << 20);
+        const SourceStack::Value truth = alone.sample(direction(Geodetic{kLatitude, kLongitude}));
+        ASSERT_EQ(truth.layer, 0);
+        // Between lattice points S is linear where the source is bilinear; the layers disagree by 100 m.
+        EXPECT_NEAR(height_at(Surface(Repository::open(options.output)), kLatitude, kLongitude), truth.height,
+                    options.tolerance + 30);
+    }
+}
+
 }  // namespace
 }  // namespace carat::test

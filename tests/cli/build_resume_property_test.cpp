@@ -46,6 +46,35 @@ TEST_F(BuildResume, KilledAtAnyMomentItGoesOnToTheSameBytes) {
     EXPECT_FALSE(fs::exists(path("killed.carat.build")));
 }
 
+// As Ctrl-C does: SIGINT, after ever longer times.
+TEST_F(BuildResume, CtrlCStopsCleanlyAndSaysHowToGoOn) {
+    ASSERT_EQ(carat(build("-o whole.carat")).exit, 0);
+    const std::string expected = contents(path("whole.carat"));
+    int told = 0;
+    for (double seconds = 0.2; told < 2; seconds *= 1.2) {
+        ASSERT_LT(seconds, 120);
+        const std::string command = "cd '" + path("").string() + "' && timeout --preserve-status -s INT " +
+                                    std::to_string(seconds) + " '" CARAT_PROGRAM "' " +
+                                    build("--overwrite -o stopped.carat") + " >stdout.txt 2>stderr.txt";
+        const int status = std::system(command.c_str());
+        ASSERT_TRUE(WIFEXITED(status)) << "ended by the signal, not by itself";
+        if (WEXITSTATUS(status) == 0) break;
+        ASSERT_EQ(WEXITSTATUS(status), 130);
+        EXPECT_FALSE(fs::exists(path("stopped.carat")));
+        EXPECT_FALSE(fs::exists(path("stopped.carat.partial")));
+        const std::string err = contents(path("stderr.txt"));
+        if (err.empty()) continue;  // ended before it ran
+        EXPECT_TRUE(contains(err, "interrupted")) << err;
+        if (!fs::exists(path("stopped.carat.build"))) continue;  // nothing had been done yet
+        EXPECT_TRUE(contains(err, "the same command with --resume goes on")) << err;
+        EXPECT_TRUE(contains(err, "stopped.carat.build")) << err;
+        ++told;
+    }
+    EXPECT_GE(told, 1);
+    ASSERT_EQ(carat(build("--resume --overwrite -o stopped.carat")).exit, 0);
+    EXPECT_TRUE(contents(path("stopped.carat")) == expected);
+}
+
 TEST_F(BuildResume, PeakMemoryStaysBelowTheLimit) {
     const auto report = carat(build("--memory 256M --json -o a.carat")).json();
     EXPECT_LE(report.at("peak_memory_bytes").get<double>(), 256.0 * 1024 * 1024);

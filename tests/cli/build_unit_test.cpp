@@ -64,6 +64,11 @@ TEST_F(Build, DryRunWritesNothing) {
     const auto report = carat("build --json --layer hills.tif --tolerance 2 -o a.carat").json();
     for (const char* key : {"refined_by_level", "refined_diamonds", "leaf_samples", "source_samples"})
         EXPECT_EQ(plan.at(key), report.at(key)) << key;
+    const double bytes = plan.at("estimate").at("file_bytes");
+    EXPECT_NEAR(bytes, report.at("file_bytes").get<double>(), 0.25 * bytes);
+    EXPECT_GT(plan.at("estimate").at("seconds").get<double>(), 0);
+    EXPECT_TRUE(
+        contains(carat("build --dry-run --layer hills.tif --tolerance 2 -o b.carat").out, "expected about"));
 }
 
 TEST_F(Build, AnExistingFileIsKeptUnlessOverwriteIsSaid) {

@@ -43,6 +43,28 @@ TEST_F(Info, SumsAgreeWithTheFile) {
         check_sums(carat(std::string("info --json ") + name).json(), fs::file_size(path(name)));
 }
 
+TEST_F(Info, LayersAddUpToTheWhole) {
+    write_raster(path("patch.tif"), {200, 200, {10, 10, 20, 20}, [](double lat, double lon) {
+                                         return 300 * std::sin(30 * lat) * std::cos(20 * lon);
+                                     }});
+    ASSERT_EQ(carat("build -q --layer patch.tif --layer hills.tif --tolerance 2 -o two.carat").exit, 0);
+    const auto info = carat("info --json two.carat").json();
+    const auto& shares = info.at("provenance").at("shares");
+    ASSERT_EQ(shares.size(), 3u) << "two layers and the base height";
+    for (const char* key : {"refined", "zero", "residual_bytes"}) {
+        std::uint64_t by_layer = 0, by_level = 0;
+        for (const auto& s : shares) by_layer += s.at(key).get<std::uint64_t>();
+        for (const auto& l : info.at("levels")) by_level += l.at(key).get<std::uint64_t>();
+        EXPECT_EQ(by_layer, by_level) << key;
+    }
+    EXPECT_GT(shares[0].at("refined"), 10);
+    EXPECT_GT(shares[1].at("refined"), 100);
+    EXPECT_EQ(shares[2].at("refined"), 0) << "the hills lie everywhere";
+    const std::string text = carat("info two.carat").out;
+    for (const char* word : {"layer at a diamond's centre", "patch.tif  ", "base height"})
+        EXPECT_TRUE(contains(text, word)) << word;
+}
+
 TEST_F(Info, AFlatPlanetIsAllZero) {
     const auto info = carat("info --json flat.carat").json();
     EXPECT_GT(info.at("refined_diamonds"), 0);

@@ -204,6 +204,24 @@ TEST(SourceUnit, AnotherBodyIsRefused) {
     EXPECT_EQ(refusal({moon}, "m.tif", Ellipsoid::moon()), std::nullopt);
 }
 
+// NAD27 goes to WGS 84 within metres only with a grid that few installations of PROJ have.
+TEST(SourceUnit, AMissingTransformationGridIsSaid) {
+    const Folder folder;
+    RasterSpec s{16, 16};
+    s.epsg = 4267;
+    s.transform = {-110, 0.1, 0, 40, 0, -0.1};
+    LayerOptions layer;
+    layer.files = {write_raster(folder.file("nad27.tif"), s, [](double, double) { return 7.0; })};
+    const SourceStack stack = stack_of({layer});
+    ASSERT_FALSE(stack.layers()[0].files[0].transformation.empty());
+    if (stack.warnings().empty())
+        GTEST_SKIP() << "PROJ has the grid: " << stack.layers()[0].files[0].transformation;
+    ASSERT_EQ(stack.warnings().size(), 1u);
+    for (const char* part : {"nad27.tif", "the most accurate transformation to WGS 84", "accuracy", "needs ",
+                             "which PROJ does not have; using "})
+        EXPECT_NE(stack.warnings()[0].find(part), std::string::npos) << part << ": " << stack.warnings()[0];
+}
+
 TEST(SourceUnit, InformationOfALayer) {
     const Folder folder;
     RasterSpec s{20, 10};

@@ -73,9 +73,24 @@ struct BuildProgress {
 // "cancelled" is thrown, and only the temporary folder is left, for BuildOptions::resume.
 using ProgressFunction = std::function<bool(const BuildProgress&)>;
 
+// Refined diamonds by the layer that has samples at their centres (SourceStack::layer_near).
+struct LayerShare {
+    std::uint64_t refined = 0, zero = 0;  // zero: without residuals
+    std::uint64_t residual_bytes = 0;
+};
+
+// What a build should come to, from some of its diamonds, evenly spread over the list of all.
+struct BuildEstimate {
+    std::size_t sampled = 0;  // diamonds
+    std::uint64_t file_bytes = 0;
+    double seconds = 0;  // on this machine, the comparison with source samples included if it is asked for
+};
+
 // What a build will do or has done.
 struct BuildPlan {
     std::vector<LayerInfo> layers;
+    std::vector<LayerShare> shares;         // of each layer, last of the base height; empty before the build
+    std::optional<BuildEstimate> estimate;  // by plan_build() alone
     std::vector<std::string> warnings;
     std::vector<std::uint64_t> refined_by_level;
     std::uint64_t refined = 0;

@@ -36,6 +36,7 @@ struct RecordedLayer {
 struct Provenance {
     std::vector<RecordedLayer> layers;
     double base_height = 0;
+    std::vector<LayerShare> shares;  // of each layer, last of the base height; empty if not recorded
     std::optional<ErrorSummary> errors;
     // Metres: no compared source sample is further from S (measure.hpp).
     std::optional<double> certificate;
