@@ -14,24 +14,28 @@ namespace carat {
 
 class BitWriter {
   public:
-    // Appends the low `count` bits of value, lowest first; 0 <= count <= 56.
+    // Appends the low `count` bits of value, lowest first, the others being 0; 0 <= count <= 56.
     void put(std::uint64_t value, int count) {
         pending_ |= value << filled_;
         filled_ += count;
-        while (filled_ >= 8) {
-            bytes_.push_back(static_cast<std::byte>(pending_ & 0xFF));
-            pending_ >>= 8;
-            filled_ -= 8;
-        }
+        if (bytes_.size() < size_ + 8) bytes_.resize(2 * size_ + 256);
+        std::memcpy(bytes_.data() + size_, &pending_, 8);
+        const int whole = filled_ & ~7;  // at most 56: 7 were left over, 56 came
+        size_ += static_cast<std::size_t>(whole / 8);
+        pending_ >>= whole;
+        filled_ -= whole;
     }
     // Pads the last byte with zero bits.
     std::vector<std::byte> finish() {
         if (filled_ > 0) put(0, 8 - filled_);
+        bytes_.resize(size_);
+        size_ = 0;
         return std::move(bytes_);
     }
 
   private:
     std::vector<std::byte> bytes_;
+    std::size_t size_ = 0;
     std::uint64_t pending_ = 0;
     int filled_ = 0;
 };

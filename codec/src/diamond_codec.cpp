@@ -15,6 +15,9 @@
 namespace carat {
 namespace {
 
+constexpr std::size_t kMostBytesToTryGamma = 128;
+constexpr std::size_t kGammaMayBeLonger = 110;  // percent of the range code
+
 // Visits interior vertices: f(index in n x n, index in (n-2) x (n-2)).
 template <class F>
 void for_interior(int n, F f) {
@@ -62,11 +65,12 @@ RangeInput vertices_input(Mode mode, const std::int32_t* p, const RefinedHeights
     return {out.c.data(), out.n - 1, out.n - 2, radius};
 }
 
-double cost_of(const Coding& coding, const RangeInput& input, const std::vector<std::int32_t>& index,
-               CodecScratch& s) {
-    if (coding.coder == CoderId::range) return range_cost(coding.tables->model(), input, index, *s.range);
-    const auto bits = [&](int leaf) { return gamma_cost(index, input.rows, input.m - 1, leaf); };
-    return static_cast<double>(std::min(bits(2), bits(4)));
+// What the indices would cost, comparable between orders: range in 1/256 bit, gamma in bits.
+std::uint64_t cost_of(const Coding& coding, const RangeInput& input, const std::vector<std::int32_t>& index,
+                      const CodecScratch& s) {
+    if (coding.coder == CoderId::range)
+        return range_cost(coding.tables->model(), index, input.rows, *s.range);
+    return gamma_cost(index, input.rows, input.m - 1, 2);
 }
 
 // Fills prediction and indices of C with the cheapest order; true if any index is not zero.
@@ -78,17 +82,19 @@ bool choose_centres(const Coding& coding, const std::int32_t* vertices, const Re
         kernel::predict(vertices, ref.n, o, s.prediction.data());
         return kernel::quantize(ref.c.data(), s.prediction.data(), index.size(), radius, index.data());
     };
-    double best = -1;
-    bool any = false;
+    std::uint64_t best = 0;
+    bool any = false, first = true;
     Order last = order;
+    const bool single = std::has_single_bit(coding.orders & 0b111);
+    if (!single && coding.coder == CoderId::range) range_prepare_cost(input, *s.range);
     for (const Order o : {Order::four, Order::six, Order::two}) {  // order 4 where all are as good
         if ((coding.orders >> static_cast<unsigned>(o) & 1) == 0) continue;
         s.trial.resize(ref.c.size());
         const bool nonzero = quantised(o, s.trial);
         last = o;
-        const bool single = std::has_single_bit(coding.orders & 0b111);
-        const double cost = !nonzero || single ? 0 : cost_of(coding, input, s.trial, s);
-        if (best >= 0 && cost >= best) continue;
+        const std::uint64_t cost = !nonzero || single ? 0 : cost_of(coding, input, s.trial, s);
+        if (!first && cost >= best) continue;
+        first = false;
         best = cost;
         order = o;
         any = nonzero;
@@ -128,25 +134,34 @@ void decode_vertices(Mode mode, Order order, std::span<const std::int32_t> p, st
 
 // --- gamma: one bit string for both matrices ---
 
-void gamma_blob(int n, bool has_v, EncodedResiduals& e, const CodecScratch& s) {
+struct GammaSize {
+    int leaf_size;
+    std::uint64_t bits;
+};
+GammaSize gamma_size(int n, bool has_v, const CodecScratch& s) {
     const int side = n - 1;
     const auto cost = [&](int leaf) {
         return gamma_cost(s.indices_c, side, side, leaf) +
                (has_v ? gamma_cost(s.indices_v, n - 2, side, leaf) : 0);
     };
-    e.info.leaf_size = cost(4) < cost(2) ? 4 : 2;
+    const std::uint64_t two = cost(2), four = cost(4);
+    return four < two ? GammaSize{4, four} : GammaSize{2, two};
+}
+
+std::vector<std::byte> gamma_blob(int n, bool has_v, int leaf_size, const CodecScratch& s) {
+    const int side = n - 1;
     BitWriter bits;
-    gamma_encode(s.indices_c, side, side, e.info.leaf_size, bits);
-    if (has_v) gamma_encode(s.indices_v, n - 2, side, e.info.leaf_size, bits);
-    e.blob = bits.finish();
+    gamma_encode(s.indices_c, side, side, leaf_size, bits);
+    if (has_v) gamma_encode(s.indices_v, n - 2, side, leaf_size, bits);
+    return bits.finish();
 }
 
 void read_gamma_blob(const BlobInfo& info, std::span<const std::byte> blob, int n, CodecScratch& s) {
     const int side = n - 1;
-    BitReader bits(blob);
-    gamma_decode(bits, side, side, info.leaf_size, s.indices_c);
-    if (info.mode != Mode::interpolating) gamma_decode(bits, n - 2, side, info.leaf_size, s.indices_v);
-    bits.finish();
+    s.gamma->open(blob);
+    s.gamma->read(side, side, info.leaf_size, s.indices_c);
+    if (info.mode != Mode::interpolating) s.gamma->read(n - 2, side, info.leaf_size, s.indices_v);
+    s.gamma->finish();
 }
 
 // --- range: in modes 1 and 2 the length of the first matrix stands before it; length 0: all zero ---
@@ -190,19 +205,22 @@ std::array<std::span<const std::byte>, 2> range_parts(Mode mode, std::span<const
 
 }  // namespace
 
-CodecScratch::CodecScratch() : range(std::make_unique<RangeScratch>()) {}
+CodecScratch::CodecScratch()
+    : range(std::make_unique<RangeScratch>()), gamma(std::make_unique<GammaReader>()) {}
 CodecScratch::~CodecScratch() = default;
 CodecScratch::CodecScratch(CodecScratch&&) noexcept = default;
 CodecScratch& CodecScratch::operator=(CodecScratch&&) noexcept = default;
 
 std::uint8_t BlobInfo::to_byte() const {
     return static_cast<std::uint8_t>(static_cast<int>(mode) | (leaf_size == 4 ? 4 : 0) |
-                                     static_cast<int>(order) << 3);
+                                     static_cast<int>(order) << 3 | (gamma ? 32 : 0));
 }
 
 BlobInfo BlobInfo::from_byte(std::uint8_t byte) {
-    if ((byte & 3) > 2 || byte >> 3 > 2) throw Error(ErrorCode::corrupt, "unknown coding mode of a diamond");
-    return {static_cast<Mode>(byte & 3), (byte & 4) != 0 ? 4 : 2, static_cast<Order>(byte >> 3)};
+    if ((byte & 3) > 2 || (byte >> 3 & 3) > 2 || byte >> 6 != 0)
+        throw Error(ErrorCode::corrupt, "unknown coding mode of a diamond");
+    return {static_cast<Mode>(byte & 3), (byte & 4) != 0 ? 4 : 2, (byte & 32) != 0,
+            static_cast<Order>(byte >> 3 & 3)};
 }
 
 EncodedResiduals encode_residuals(const Coding& coding, Mode mode, std::span<const std::int32_t> p,
@@ -221,10 +239,17 @@ EncodedResiduals encode_residuals(const Coding& coding, Mode mode, std::span<con
     if (mode == Mode::paper) encode_vertices(mode, e.info.order, p, ref, radius, out, s);
     const bool has_v = mode != Mode::interpolating;
     if (!any && (!has_v || all_zero(s.indices_v))) return e;
-    if (coding.coder == CoderId::gamma)
-        gamma_blob(n, has_v, e, s);
-    else
+    if (coding.coder == CoderId::range) {
         range_blob(coding, mode, p, radius, out, e, s);
+        if (e.blob.size() > kMostBytesToTryGamma) return e;
+    }
+    // A sparse diamond is decoded several times as fast by gamma, and is often no longer.
+    const GammaSize gamma = gamma_size(n, has_v, s);
+    if (coding.coder == CoderId::range && (gamma.bits + 7) / 8 > e.blob.size() * kGammaMayBeLonger / 100)
+        return e;
+    e.info.gamma = coding.coder == CoderId::range;
+    e.info.leaf_size = gamma.leaf_size;
+    e.blob = gamma_blob(n, has_v, gamma.leaf_size, s);
     return e;
 }
 
@@ -234,7 +259,8 @@ void decode_residuals(const Coding& coding, const BlobInfo& info, std::span<cons
     assert(p.size() == static_cast<std::size_t>(n * n));
     resize(out, s, n);
     std::copy(p.begin(), p.end(), out.v.begin());
-    const bool gamma = coding.coder == CoderId::gamma && !blob.empty(), v_first = info.mode == Mode::filtered;
+    const bool gamma = (coding.coder == CoderId::gamma || info.gamma) && !blob.empty(),
+               v_first = info.mode == Mode::filtered;
     if (gamma) read_gamma_blob(info, blob, n, s);
     const auto parts = range_parts(info.mode, gamma ? std::span<const std::byte>{} : blob);
     const auto vertices = [&](std::size_t part) {

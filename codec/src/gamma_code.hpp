@@ -25,7 +25,7 @@ void put_gamma(Sink& out, std::int32_t value) {
     const std::uint64_t code = gamma_of(value);
     const int n = static_cast<int>(std::bit_width(code)) - 1;
     out.put(std::uint64_t{1} << n, n + 1);
-    if (n > 0) out.put(code & ((std::uint64_t{1} << n) - 1), n);
+    out.put(code ^ std::uint64_t{1} << n, n);
 }
 
 // Throws Error(corrupt) for codes of no int32, Error(truncated) past the end of the bits.

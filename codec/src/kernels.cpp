@@ -7,6 +7,10 @@
 
 #include "range_model.hpp"
 
+// Bodies of vector loops must not become calls.
+#undef CARAT_INLINE_LAMBDA
+#define CARAT_INLINE_LAMBDA __attribute__((always_inline))
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -33,17 +37,17 @@ HWY_INLINE void for_lanes(std::ptrdiff_t begin, std::ptrdiff_t end, F f) {
     for (; k < end; ++k) f(one, k);
 }
 
-// A weighted sum of samples divided by 2^kBits with rounding half up, exact for all int32 samples and modulo
-// 2^32: floor((sum w x + 2^(kBits-1)) / 2^kBits) = sum w (x >> kBits) + ((sum w (x mod 2^kBits) +
-// 2^(kBits-1))
-// >> kBits), since the second sum is far from overflow and the first is wanted modulo 2^32 only.
-template <class D, int kBits>
+// A weighted sum of samples divided by 2^kBits with rounding half up, modulo 2^32. Exact for all int32
+// samples: floor((sum w x + 2^(kBits-1)) / 2^kBits) = sum w (x >> kBits) + ((sum w (x mod 2^kBits) +
+// 2^(kBits-1)) >> kBits), since the second sum is far from overflow and the first is wanted modulo 2^32 only.
+// kNarrow: plain sums, for samples so small that these cannot overflow.
+template <class D, int kBits, bool kNarrow>
 class Sum {
   public:
     using DU = hn::RebindToUnsigned<D>;
     using V = hn::Vec<D>;
     using VU = hn::Vec<DU>;
-    explicit Sum(D d) : d_(d), mask_(hn::Set(d, (1 << kBits) - 1)) {}
+    HWY_INLINE explicit Sum(D d) : d_(d), mask_(hn::Set(d, (1 << kBits) - 1)) {}
 
     struct Parts {
         VU high;
@@ -51,7 +55,10 @@ class Sum {
     };
     HWY_INLINE Parts at(const std::int32_t* p) const {
         const V x = hn::LoadU(d_, p);
-        return {hn::BitCast(DU(), hn::ShiftRight<kBits>(x)), hn::And(x, mask_)};
+        if constexpr (kNarrow)
+            return {hn::Zero(DU()), x};
+        else
+            return {hn::BitCast(DU(), hn::ShiftRight<kBits>(x)), hn::And(x, mask_)};
     }
     template <class... P>
     HWY_INLINE Parts of(const std::int32_t* first, P... rest) const {
@@ -60,16 +67,22 @@ class Sum {
         return sum;
     }
     HWY_INLINE static void add(Parts& a, const Parts& b) {
-        a.high = hn::Add(a.high, b.high);
+        if constexpr (!kNarrow) a.high = hn::Add(a.high, b.high);
         a.low = hn::Add(a.low, b.low);
     }
     HWY_INLINE void add_times(Parts& a, std::int32_t w, const Parts& b) const {
-        a.high = hn::Add(a.high, hn::Mul(b.high, hn::Set(DU(), static_cast<std::uint32_t>(w))));
+        if constexpr (!kNarrow)
+            a.high = hn::Add(a.high, hn::Mul(b.high, hn::Set(DU(), static_cast<std::uint32_t>(w))));
         a.low = hn::Add(a.low, hn::Mul(b.low, hn::Set(d_, w)));
+    }
+    HWY_INLINE void subtract(Parts& a, const Parts& b) const {
+        if constexpr (!kNarrow) a.high = hn::Sub(a.high, b.high);
+        a.low = hn::Sub(a.low, b.low);
     }
     HWY_INLINE Parts zero() const { return {hn::Zero(DU()), hn::Zero(d_)}; }
     HWY_INLINE V divided(const Parts& a) const {
         const V low = hn::ShiftRight<kBits>(hn::Add(a.low, hn::Set(d_, 1 << (kBits - 1))));
+        if constexpr (kNarrow) return low;
         return hn::BitCast(d_, hn::Add(a.high, hn::BitCast(DU(), low)));
     }
 
@@ -78,31 +91,45 @@ class Sum {
     V mask_;
 };
 
+// The greatest sum of |weights| is 944 (order 6): samples below 2^21 cannot overflow 2^31.
+constexpr std::uint32_t kNarrowSamples = 1u << 21;
+
+// All of |x| <= 2^21?
+HWY_INLINE bool are_narrow(const std::int32_t* x, std::ptrdiff_t count) {
+    std::uint32_t all = 0;
+    for (std::ptrdiff_t k = 0; k < count; ++k)
+        all |= static_cast<std::uint32_t>(x[k]) ^ static_cast<std::uint32_t>(x[k] >> 31);
+    return all < kNarrowSamples;
+}
+
+template <bool kNarrow>
 HWY_INLINE void mean_row(const std::int32_t* a, const std::int32_t* b, int cells, std::int32_t* out) {
-    for_lanes(0, cells, [&](auto d, std::ptrdiff_t j) {
-        const Sum<decltype(d), 2> s(d);
+    for_lanes(0, cells, [&](auto d, std::ptrdiff_t j) CARAT_INLINE_LAMBDA {
+        const Sum<decltype(d), 2, kNarrow> s(d);
         hn::StoreU(s.divided(s.of(a + j, a + j + 1, b + j, b + j + 1)), d, out + j);
     });
 }
 
-// Rows i-1 .. i+2 of cell row i.
-HWY_INLINE void order4_row(const std::int32_t* r1, std::ptrdiff_t m, std::int32_t* out) {
+// Cells j_begin to j_end - 1 of a row; r1: its upper vertices.
+template <bool kNarrow>
+HWY_INLINE void order4_cells(const std::int32_t* r1, std::ptrdiff_t m, std::ptrdiff_t j_begin,
+                             std::ptrdiff_t j_end, std::int32_t* out) {
     const std::int32_t *r0 = r1 - m, *r2 = r1 + m, *r3 = r2 + m;
-    for_lanes(1, m - 2, [&](auto d, std::ptrdiff_t j) {
-        const Sum<decltype(d), 5> s(d);
+    for_lanes(j_begin, j_end, [&](auto d, std::ptrdiff_t j) CARAT_INLINE_LAMBDA {
+        const Sum<decltype(d), 5, kNarrow> s(d);
         auto sum = s.zero();
         s.add_times(sum, 10, s.of(r1 + j, r1 + j + 1, r2 + j, r2 + j + 1));
-        s.add_times(
-            sum, -1,
-            s.of(r0 + j, r0 + j + 1, r3 + j, r3 + j + 1, r1 + j - 1, r1 + j + 2, r2 + j - 1, r2 + j + 2));
+        s.subtract(sum, s.of(r0 + j, r0 + j + 1, r3 + j, r3 + j + 1, r1 + j - 1, r1 + j + 2, r2 + j - 1,
+                             r2 + j + 2));
         hn::StoreU(s.divided(sum), d, out + j);
     });
 }
 
+template <bool kNarrow>
 HWY_INLINE void order6_row(const std::int32_t* r1, std::ptrdiff_t m, std::int32_t* out) {
     const std::int32_t *r0 = r1 - m, *rz = r0 - m, *r2 = r1 + m, *r3 = r2 + m, *r4 = r3 + m;
-    for_lanes(2, m - 3, [&](auto d, std::ptrdiff_t j) {
-        const Sum<decltype(d), 9> s(d);
+    for_lanes(2, m - 3, [&](auto d, std::ptrdiff_t j) CARAT_INLINE_LAMBDA {
+        const Sum<decltype(d), 9, kNarrow> s(d);
         auto sum = s.zero();
         s.add_times(sum, 174, s.of(r1 + j, r1 + j + 1, r2 + j, r2 + j + 1));
         s.add_times(
@@ -122,36 +149,50 @@ HWY_INLINE std::int32_t one_sided(const std::int32_t* a, const std::int32_t* b, 
     const std::int64_t outer = std::int64_t{a[-step]} + a[2 * step] + b[-step] + b[2 * step];
     return static_cast<std::int32_t>(static_cast<std::uint32_t>((9 * inner - outer + 16) >> 5));
 }
+template <bool kNarrow>
 HWY_INLINE void border_row(const std::int32_t* a, const std::int32_t* b, std::ptrdiff_t m,
                            std::int32_t* out) {
-    mean_row(a, b, 1, out);
-    mean_row(a + m - 2, b + m - 2, 1, out + m - 2);
-    for_lanes(1, m - 2, [&](auto d, std::ptrdiff_t j) {
-        const Sum<decltype(d), 5> s(d);
+    mean_row<false>(a, b, 1, out);
+    mean_row<false>(a + m - 2, b + m - 2, 1, out + m - 2);
+    for_lanes(1, m - 2, [&](auto d, std::ptrdiff_t j) CARAT_INLINE_LAMBDA {
+        const Sum<decltype(d), 5, kNarrow> s(d);
         auto sum = s.zero();
         s.add_times(sum, 9, s.of(a + j, a + j + 1, b + j, b + j + 1));
-        s.add_times(sum, -1, s.of(a + j - 1, a + j + 2, b + j - 1, b + j + 2));
+        s.subtract(sum, s.of(a + j - 1, a + j + 2, b + j - 1, b + j + 2));
         hn::StoreU(s.divided(sum), d, out + j);
     });
 }
 
-void Predict(const std::int32_t* in, int m, Order order, std::int32_t* out) {
-    const std::ptrdiff_t width = m, cells = m - 1, last = m - 2;
+template <bool kNarrow>
+HWY_INLINE void predict_all(const std::int32_t* in, std::ptrdiff_t width, Order order, std::int32_t* out) {
+    const std::ptrdiff_t cells = width - 1, last = width - 2;
     if (order == Order::two) {
         for (std::ptrdiff_t i = 0; i < cells; ++i)
-            mean_row(in + i * width, in + (i + 1) * width, m - 1, out + i * cells);
+            mean_row<kNarrow>(in + i * width, in + (i + 1) * width, static_cast<int>(cells), out + i * cells);
         return;
     }
-    border_row(in, in + width, width, out);
-    border_row(in + last * width, in + (last + 1) * width, width, out + last * cells);
+    border_row<kNarrow>(in, in + width, width, out);
+    border_row<kNarrow>(in + last * width, in + (last + 1) * width, width, out + last * cells);
     for (std::ptrdiff_t i = 1; i < last; ++i) {
         const std::int32_t* row = in + i * width;
         std::int32_t* to = out + i * cells;
         to[0] = one_sided(row, row + 1, width);
         to[last] = one_sided(row + last, row + last + 1, width);
-        order4_row(row, width, to);
-        if (order == Order::six && i >= 2 && i < last - 1) order6_row(row, width, to);
+        if (order == Order::six && i >= 2 && i < last - 1) {
+            order4_cells<kNarrow>(row, width, 1, 2, to);
+            order4_cells<kNarrow>(row, width, last - 1, last, to);
+            order6_row<kNarrow>(row, width, to);
+        } else {
+            order4_cells<kNarrow>(row, width, 1, last, to);
+        }
     }
+}
+
+void Predict(const std::int32_t* in, int m, Order order, std::int32_t* out) {
+    if (are_narrow(in, static_cast<std::ptrdiff_t>(m) * m))
+        predict_all<true>(in, m, order, out);
+    else
+        predict_all<false>(in, m, order, out);
 }
 
 constexpr std::uint32_t kMostDifference = 1u << 23;
@@ -174,7 +215,7 @@ HWY_INLINE void vertex_row(const std::int32_t* in, std::ptrdiff_t m, std::ptrdif
                            std::uint32_t* out) {
     const std::int32_t* row = in + i * m;
     const std::int32_t* middle = in + std::clamp<std::ptrdiff_t>(i, 1, m - 2) * m;
-    const auto store = [&](auto d, std::ptrdiff_t j, const std::int32_t* centre) {
+    const auto store = [&](auto d, std::ptrdiff_t j, const std::int32_t* centre) CARAT_INLINE_LAMBDA {
         const hn::RebindToUnsigned<decltype(d)> du;
         const auto second = [&](const std::int32_t* p, std::ptrdiff_t step) {
             const auto sides = hn::Add(load_unsigned(du, p - step), load_unsigned(du, p + step));
@@ -185,14 +226,14 @@ HWY_INLINE void vertex_row(const std::int32_t* in, std::ptrdiff_t m, std::ptrdif
     const hn::CappedTag<std::int32_t, 1> one;
     store(one, 0, row + 1);
     store(one, m - 1, row + m - 2);
-    for_lanes(1, m - 1, [&](auto d, std::ptrdiff_t j) { store(d, j, row + j); });
+    for_lanes(1, m - 1, [&](auto d, std::ptrdiff_t j) CARAT_INLINE_LAMBDA { store(d, j, row + j); });
     out[-1] = out[0];
     out[m] = out[m - 1];
 }
 
 // 1 2 2 1 along a padded row: out[j] belongs to cell column j.
 HWY_INLINE void weigh_row(const std::uint32_t* in, std::ptrdiff_t cells, std::uint32_t* out) {
-    for_lanes(0, cells, [&](auto ds, std::ptrdiff_t j) {
+    for_lanes(0, cells, [&](auto ds, std::ptrdiff_t j) CARAT_INLINE_LAMBDA {
         const hn::RebindToUnsigned<decltype(ds)> d;
         const auto outer = hn::Add(hn::LoadU(d, in + j - 1), hn::LoadU(d, in + j + 2));
         const auto inner = hn::Add(hn::LoadU(d, in + j), hn::LoadU(d, in + j + 1));
@@ -206,16 +247,17 @@ void CellActivity(const std::int32_t* in, int size, const ActivityScale& scale, 
     scratch.vertices.resize(static_cast<std::size_t>(m * stride));
     scratch.rows.resize(static_cast<std::size_t>((m + 2) * cells));
     // rows: cell columns of vertex rows -1 .. m
-    for (std::ptrdiff_t i = 0; i < m; ++i) {
-        std::uint32_t* vertices = scratch.vertices.data() + i * stride + 1;
-        vertex_row(in, m, i, scale.shift, vertices);
-        weigh_row(vertices, cells, scratch.rows.data() + (i + 1) * cells);
-    }
+    // One sweep after another: a row that was just stored cannot be read at another alignment without a
+    // stall.
+    std::uint32_t* vertices = scratch.vertices.data() + 1;
+    for (std::ptrdiff_t i = 0; i < m; ++i) vertex_row(in, m, i, scale.shift, vertices + i * stride);
+    for (std::ptrdiff_t i = 0; i < m; ++i)
+        weigh_row(vertices + i * stride, cells, scratch.rows.data() + (i + 1) * cells);
     std::uint32_t* rows = scratch.rows.data();
     std::copy(rows + cells, rows + 2 * cells, rows);
     std::copy(rows + m * cells, rows + (m + 1) * cells, rows + (m + 1) * cells);
     for (std::ptrdiff_t i = 0; i < cells; ++i)
-        for_lanes(0, cells, [&](auto ds, std::ptrdiff_t j) {
+        for_lanes(0, cells, [&](auto ds, std::ptrdiff_t j) CARAT_INLINE_LAMBDA {
             const hn::RebindToUnsigned<decltype(ds)> d;
             const std::uint32_t* r = rows + i * cells + j;
             const std::int32_t *a = in + i * m + j, *b = a + m;
@@ -229,10 +271,39 @@ void CellActivity(const std::int32_t* in, int size, const ActivityScale& scale, 
         });
 }
 
+// x >= 1.
+template <class D>
+HWY_INLINE hn::Vec<D> floor_log2(D d, hn::Vec<D> x) {
+    auto e = hn::Zero(d);
+    const auto halve = [&](auto shift) CARAT_INLINE_LAMBDA {
+        constexpr int kShift = decltype(shift)::value;
+        const auto big = hn::Gt(x, hn::Set(d, (1 << kShift) - 1));
+        e = hn::Add(e, hn::IfThenElseZero(big, hn::Set(d, kShift)));
+        x = hn::IfThenElse(big, hn::ShiftRight<kShift>(x), x);
+    };
+    halve(std::integral_constant<int, 16>{});
+    halve(std::integral_constant<int, 8>{});
+    halve(std::integral_constant<int, 4>{});
+#if HWY_TARGET != HWY_SCALAR
+    if constexpr (hn::MaxLanes(D()) >=
+                  4) {  // the table needs 16 bytes; x is 1 to 15 now, 0 in the upper bytes
+        const hn::Repartition<std::uint8_t, D> bytes;
+        alignas(16) static constexpr std::uint8_t kLog2[16] = {0, 0, 1, 1, 2, 2, 2, 2,
+                                                               3, 3, 3, 3, 3, 3, 3, 3};
+        return hn::Add(
+            e, hn::BitCast(d, hn::TableLookupBytes(hn::LoadDup128(bytes, kLog2), hn::BitCast(bytes, x))));
+    }
+#endif
+    halve(std::integral_constant<int, 2>{});
+    halve(std::integral_constant<int, 1>{});
+    return e;
+}
+
 template <bool kNeighbours>
 HWY_INLINE void contexts_of(const std::uint32_t* activity, const std::uint8_t* neighbours,
-                            std::uint32_t weight, std::size_t count, int bias, std::uint8_t* out) {
-    for_lanes(0, static_cast<std::ptrdiff_t>(count), [&](auto d, std::ptrdiff_t k) {
+                            std::uint32_t weight, std::size_t count, int bias, std::uint8_t base,
+                            std::uint8_t* out) {
+    for_lanes(0, static_cast<std::ptrdiff_t>(count), [&](auto d, std::ptrdiff_t k) CARAT_INLINE_LAMBDA {
         const hn::RebindToUnsigned<decltype(d)> du;
         const hn::Rebind<std::uint8_t, decltype(d)> d8;
         auto u = hn::BitCast(d, hn::LoadU(du, activity + k));
@@ -240,39 +311,26 @@ HWY_INLINE void contexts_of(const std::uint32_t* activity, const std::uint8_t* n
             const auto near = hn::PromoteTo(d, hn::LoadU(d8, neighbours + k));
             u = hn::Add(u, hn::Mul(near, hn::Set(d, static_cast<std::int32_t>(weight))));
         }
-        // e = floor(log2 u) - 3 by halving, u >= 16
-        auto v = hn::ShiftRight<3>(u);
-        auto e = hn::Zero(d);
-        const auto halve = [&](auto shift) {
-            constexpr int kShift = decltype(shift)::value;
-            const auto big = hn::Gt(v, hn::Set(d, (1 << kShift) - 1));
-            e = hn::Add(e, hn::IfThenElseZero(big, hn::Set(d, kShift)));
-            v = hn::IfThenElse(big, hn::ShiftRight<kShift>(v), v);
-        };
-        halve(std::integral_constant<int, 16>{});
-        halve(std::integral_constant<int, 8>{});
-        halve(std::integral_constant<int, 4>{});
-        halve(std::integral_constant<int, 2>{});
-        halve(std::integral_constant<int, 1>{});
+        const auto e = floor_log2(d, hn::ShiftRight<3>(u));  // u >= 16
         // 8 log2 = 8 (e + 3) + the three bits below the highest = 8 e + (u >> e) + 16
         const auto log = hn::Add(hn::ShiftLeft<3>(e), hn::Shr(u, e));
         const auto context = hn::ShiftRight<1>(hn::Add(log, hn::Set(d, bias + 16)));
         const auto held = hn::Min(hn::Max(context, hn::Zero(d)), hn::Set(d, kPassContexts - 1));
-        hn::StoreU(hn::DemoteTo(d8, held), d8, out + k);
+        hn::StoreU(hn::DemoteTo(d8, hn::Add(held, hn::Set(d, base))), d8, out + k);
     });
 }
 
 void Contexts(const std::uint32_t* activity, const std::uint8_t* neighbours, std::uint32_t weight,
-              std::size_t count, int bias, std::uint8_t* out) {
+              std::size_t count, int bias, std::uint8_t base, std::uint8_t* out) {
     if (neighbours == nullptr)
-        contexts_of<false>(activity, nullptr, 0, count, bias, out);
+        contexts_of<false>(activity, nullptr, 0, count, bias, base, out);
     else
-        contexts_of<true>(activity, neighbours, weight, count, bias, out);
+        contexts_of<true>(activity, neighbours, weight, count, bias, base, out);
 }
 
 void Reconstruct(const std::int32_t* prediction, const std::int32_t* index, std::size_t count,
                  std::int32_t step, std::int32_t* value) {
-    for_lanes(0, static_cast<std::ptrdiff_t>(count), [&](auto d, std::ptrdiff_t k) {
+    for_lanes(0, static_cast<std::ptrdiff_t>(count), [&](auto d, std::ptrdiff_t k) CARAT_INLINE_LAMBDA {
         const hn::RebindToUnsigned<decltype(d)> du;
         const auto residual =
             hn::Mul(load_unsigned(du, index + k), hn::Set(du, static_cast<std::uint32_t>(step)));
@@ -326,8 +384,8 @@ void cell_activity(const std::int32_t* in, int m, const ActivityScale& scale, Ac
     HWY_DYNAMIC_DISPATCH(CellActivity)(in, m, scale, scratch, out);
 }
 void contexts(const std::uint32_t* activity, const std::uint8_t* neighbours, std::uint32_t weight,
-              std::size_t count, int bias, std::uint8_t* out) {
-    HWY_DYNAMIC_DISPATCH(Contexts)(activity, neighbours, weight, count, bias, out);
+              std::size_t count, int bias, std::uint8_t base, std::uint8_t* out) {
+    HWY_DYNAMIC_DISPATCH(Contexts)(activity, neighbours, weight, count, bias, base, out);
 }
 void reconstruct(const std::int32_t* prediction, const std::int32_t* index, std::size_t count,
                  std::int32_t step, std::int32_t* value) {

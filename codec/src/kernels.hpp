@@ -34,11 +34,11 @@ void predict(const std::int32_t* in, int m, Order order, std::int32_t* out);
 void cell_activity(const std::int32_t* in, int m, const ActivityScale& scale, ActivityScratch& scratch,
                    std::uint32_t* out);
 
-// out[k] = clamp(floor((8 log2 u + bias) / 2), 0, 63) of u = activity[k] + weight * neighbours[k] (neighbours
-// null: none), the logarithm piecewise linear: 8 floor(log2 u) + the three bits below the highest. u from 16
-// to 2^31 - 1.
+// out[k] = base + clamp(floor((8 log2 u + bias) / 2), 0, 63) of u = activity[k] + weight * neighbours[k]
+// (neighbours null: none), the logarithm piecewise linear: 8 floor(log2 u) + the three bits below the
+// highest. u from 16 to 2^31 - 1.
 void contexts(const std::uint32_t* activity, const std::uint8_t* neighbours, std::uint32_t weight,
-              std::size_t count, int bias, std::uint8_t* out);
+              std::size_t count, int bias, std::uint8_t base, std::uint8_t* out);
 
 // value[k] = prediction[k] + index[k] * step mod 2^32; the three arrays lie apart.
 void reconstruct(const std::int32_t* prediction, const std::int32_t* index, std::size_t count,

@@ -1,5 +1,5 @@
 // The range coder: tokens of a matrix of residual indices by static-context rANS (Duda 2013), interleaved
-// over 1 to 8 states. docs/format.md, "Range code".
+// over 1 to 32 states. docs/format.md, "Range code".
 //
 // Cells are coded in two passes, like the colours of a chess board: those with i + j even in contexts of the
 // activity of the matrix that predicts them, then the others with their neighbours' indices besides. So all
@@ -7,6 +7,7 @@
 // themselves is computed for whole rows at once.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -28,11 +29,13 @@ struct RangeInput {
 // Reused between calls; one per thread.
 struct RangeScratch {
     ActivityScratch activity_scratch;
-    std::vector<std::uint32_t> activity;        // (m-1) x (m-1)
-    std::vector<std::uint8_t> context, token;   // rows x rows
-    std::vector<std::uint8_t> magnitude, near;  // (rows + 2) x (rows + 2) with a rim of 0; rows x rows
-    std::vector<std::uint8_t> pass_context, pass_token;  // in coding order
-    std::vector<std::uint8_t> raw;                       // payload of the states, raw bits, padding
+    std::vector<std::uint32_t> activity;                      // (m-1) x (m-1)
+    std::array<std::vector<std::uint32_t>, 2> pass_activity;  // pass matrices (range_kernels.hpp)
+    std::array<std::vector<std::uint8_t>, 2> context, token;  // the same; while coding without gaps
+    std::vector<std::uint8_t> near, magnitude, cells, cost_context;
+    std::vector<std::uint16_t> big;
+    std::vector<std::byte> code;    // padded
+    std::vector<std::uint8_t> raw;  // payload of the states, raw bits, padding
     std::vector<std::uint16_t> words;
 };
 
@@ -40,9 +43,13 @@ struct RangeScratch {
 void range_encode(const RangeTables::Model& model, const RangeInput& input,
                   std::span<const std::int32_t> index, RangeScratch& scratch, RangeStatistics* statistics,
                   std::vector<std::byte>& out);
-// An estimate of the size of what range_encode would append, in bits; a sample of the rows.
-double range_cost(const RangeTables::Model& model, const RangeInput& input,
-                  std::span<const std::int32_t> index, RangeScratch& scratch);
+
+// Compares matrices of indices that the same `known` predicts: prepare once, then an estimate in 1/256 bit of
+// what range_encode would append for each, from a part of the rows. rows = m - 1.
+void range_prepare_cost(const RangeInput& input, RangeScratch& scratch);
+std::uint64_t range_cost(const RangeTables::Model& model, std::span<const std::int32_t> index, int rows,
+                         const RangeScratch& scratch);
+
 // bytes: all that range_encode appended. Throws Error(corrupt|truncated).
 void range_decode(const RangeTables::Model& model, const RangeInput& input, std::span<const std::byte> bytes,
                   RangeScratch& scratch, std::span<std::int32_t> index);

@@ -7,7 +7,9 @@
 namespace carat {
 
 RangeTables::Model::Model(const Frequencies& f)
-    : cutoff(kContexts * kTokens), entries(kContexts * kTokens), frequency(f) {
+    : buckets{std::vector<std::uint32_t>(kContexts * kTokens),
+              std::vector<std::uint32_t>(kContexts * kTokens)},
+      frequency(f) {
     for (int context = 0; context < kContexts; ++context) make_aliases(context);
 }
 
@@ -34,12 +36,11 @@ void RangeTables::Model::make_aliases(int context) {
         if (share[o] > kBucketSize) over.push_back(static_cast<int>(o));
     }
     for (std::size_t b = 0; b < kTokens; ++b) {
-        const auto entry = [&](std::size_t token, int shift) {
-            return static_cast<std::uint32_t>(token) | std::uint32_t{f[token]} << 6 |
-                   (static_cast<std::uint32_t>(shift) & (kFrequencySum - 1)) << 18;
-        };
-        cutoff[at + b] = static_cast<std::uint8_t>(share[b]);
-        entries[at + b] = {entry(b, 0), entry(static_cast<std::size_t>(alias[b]), offset[b])};
+        const auto other = static_cast<std::size_t>(alias[b]);
+        buckets.split[at + b] = static_cast<std::uint32_t>(f[b]) | std::uint32_t{f[other]} << 12 |
+                                static_cast<std::uint32_t>(share[b]) << 24;
+        buckets.alias[at + b] = static_cast<std::uint32_t>(other) | static_cast<std::uint32_t>(offset[b])
+                                                                        << 6;
     }
 }
 
@@ -62,14 +63,18 @@ void RangeTables::Model::make_encoder() const {
             encoder_.begin[at] = begin;
             begin = static_cast<std::uint16_t>(begin + frequency[c][static_cast<std::size_t>(t)]);
             const bool escapes = frequency[c][static_cast<std::size_t>(t)] == 0;
-            const double cost = escapes ? bits(kEscape) + raw_bits(kEscape) : bits(t) + raw_bits(t);
+            const double cost =
+                (t == 0 ? 0 : 1) + (escapes ? bits(kEscape) + raw_bits(kEscape) : bits(t) + raw_bits(t));
             encoder_.cost[at] = static_cast<std::uint16_t>(std::lround(256 * cost));
         }
         for (std::size_t x = 0; x < kFrequencySum; ++x) {
             const std::size_t at = c * kTokens + (x >> kBucketBits), inside = x & (kBucketSize - 1);
-            const std::uint32_t e = entries[at][inside >= cutoff[at] ? 1 : 0];
-            const std::size_t number = (inside + (e >> 18)) & (kFrequencySum - 1);
-            encoder_.slot[c * kFrequencySum + encoder_.begin[c * kTokens + (e & 63)] + number] =
+            const bool own = inside < buckets.split[at] >> 24;
+            const std::size_t token = own ? x >> kBucketBits : buckets.alias[at] & (kTokens - 1);
+            const std::size_t number =
+                own ? inside
+                    : inside + static_cast<std::size_t>(static_cast<std::int32_t>(buckets.alias[at]) >> 6);
+            encoder_.slot[c * kFrequencySum + encoder_.begin[c * kTokens + token] + number] =
                 static_cast<std::uint16_t>(x);
         }
     }

@@ -107,6 +107,7 @@ std::shared_ptr<const RangeTables> RangeTables::parse(std::span<const std::byte>
             f[kEscape] = static_cast<std::uint16_t>(left);
         }
         if (f[kEscape] == 0) throw Error(ErrorCode::corrupt, "a context without frequencies");
+        if (f[kEscape] == kFrequencySum) throw Error(ErrorCode::corrupt, "a context of nothing but escapes");
         all[c] = f;
     }
     in.finish();

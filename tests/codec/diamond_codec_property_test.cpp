@@ -184,7 +184,7 @@ TEST(DiamondCodec, AnyBytesDecodeOrAreRefused) {
         for (auto& b : blob)
             b = static_cast<std::byte>(round % 2 == 0 ? random.bits() : random.bits() | ones);
         const BlobInfo info{kModes[static_cast<std::size_t>(round % 3)], round % 5 < 2 ? 2 : 4,
-                            static_cast<Order>(round % 7 % 3)};
+                            round % 4 == 3, static_cast<Order>(round % 7 % 3)};
         const Coding coding = codings()[static_cast<std::size_t>(round % 2)];
         RefinedHeights out;
         try {

@@ -17,8 +17,8 @@ inline constexpr std::array<Golden, 7> kGolden{{
     {"paper.carat", 0xCA845F6519C45D07u},
     {"deep_patch.carat", 0xC121181BEAD6061Eu},
     {"zero_pages.carat", 0xFD2D055B55D21818u},
-    {"range.carat", 0xC4A316B840A356B4u},
-    {"fitted.carat", 0x463BBEEA86934209u},
+    {"range.carat", 0xF6FE7CD9EF454173u},
+    {"fitted.carat", 0x2A6E83A5F15E7181u},
 }};
 
 }  // namespace carat::test

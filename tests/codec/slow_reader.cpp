@@ -294,17 +294,26 @@ void Reader::read_header() {
 
 namespace {
 
-std::int64_t gamma_value(Bits& in) {
+int gamma_length(Bits& in) {
     int t = 0;
     while (in.bit() == 0) {
         ++t;
         demand(t <= 32, "gamma code above 2^32");
     }
+    return t;
+}
+
+std::int64_t gamma_suffix(Bits& in, int t) {
     std::uint64_t x = std::uint64_t{1} << t;
     for (int k = 0; k < t; ++k) x |= static_cast<std::uint64_t>(in.bit()) << k;
     demand(x <= (std::uint64_t{1} << 32), "gamma code above 2^32");
     const auto wide = static_cast<std::int64_t>(x);
     return x % 2 == 1 ? (wide - 1) / 2 : -(wide / 2);
+}
+
+std::int64_t gamma_value(Bits& in) {
+    const int t = gamma_length(in);
+    return gamma_suffix(in, t);
 }
 
 }  // namespace
@@ -531,8 +540,9 @@ Reader::Part Reader::parse_part(const PartPlace& place) {
         const int info = in.u8();
         entry.mode = info & 3;
         entry.leaf = (info & 4) != 0 ? 4 : 2;
-        entry.order = 2 * (info >> 3) + 2;
-        demand(entry.mode <= 2 && entry.order <= 6, in.what + ": mode");
+        entry.order = 2 * (info >> 3 & 3) + 2;
+        entry.gamma = (info & 32) != 0;
+        demand(entry.mode <= 2 && entry.order <= 6 && info < 64, in.what + ": mode");
         for (Summary& s : entry.summary) {  // 10
             const std::int64_t unit = summary_unit(level + sub_level(slot));
             std::int64_t base = part.least;
@@ -607,34 +617,37 @@ bool Reader::refined(const Point& centre) { return find(centre).has_value(); }
 
 namespace {
 
-struct Quadtree {
-    Bits& in;
-    int rows, leaf;
-    Matrix values;
-
-    // True if the square holds a value that is not zero, as its bit says.
-    bool square(int i, int j, int side, bool bit_written) {
-        if (bit_written && in.bit() == 0) return false;
-        if (side == leaf) {
-            for (int r = i; r < i + side; ++r)
-                for (int c = j; c < j + side; ++c)
-                    if (r < rows && c < rows)
-                        values[static_cast<std::size_t>(r * rows + c)] = gamma_value(in);
-            return true;
-        }
-        const int half = side / 2;
-        bool any = square(i, j, half, true);
-        any = square(i, j + half, half, true) || any;
-        any = square(i + half, j, half, true) || any;
-        square(i + half, j + half, half, any);
-        return true;
-    }
+struct Square {
+    int i, j, side;
 };
 
+// 8.3: the flags, the lengths of all values, their suffixes.
 Matrix read_matrix(Bits& in, int rows, int side, int leaf) {
-    Quadtree tree{in, rows, leaf, Matrix(static_cast<std::size_t>(rows * rows))};
-    tree.square(0, 0, side, true);
-    return tree.values;
+    Matrix values(static_cast<std::size_t>(rows * rows));
+    std::vector<Square> squares;
+    if (in.bit() == 1) squares.push_back({0, 0, side});
+    while (!squares.empty() && squares.front().side > leaf) {
+        std::vector<Square> next;
+        for (const Square& s : squares) {
+            const int half = s.side / 2;
+            bool any = false;
+            for (int q = 0; q < 4; ++q) {
+                const bool flag = q == 3 && !any ? true : in.bit() == 1;
+                if (flag) next.push_back({s.i + q / 2 * half, s.j + q % 2 * half, half});
+                any = any || flag;
+            }
+        }
+        squares = next;
+    }
+    std::vector<std::size_t> places;
+    for (const Square& s : squares)
+        for (int r = s.i; r < s.i + leaf; ++r)
+            for (int c = s.j; c < s.j + leaf; ++c)
+                if (r < rows && c < rows) places.push_back(static_cast<std::size_t>(r * rows + c));
+    std::vector<int> lengths;
+    for (std::size_t k = 0; k < places.size(); ++k) lengths.push_back(gamma_length(in));
+    for (std::size_t k = 0; k < places.size(); ++k) values[places[k]] = gamma_suffix(in, lengths[k]);
+    return values;
 }
 
 // ---- 8.4 to 8.6 Range code ----
@@ -719,18 +732,25 @@ struct RangeReader {
 
     Matrix read(const std::vector<std::uint8_t>& bytes) const {
         demand(!bytes.empty(), "an empty range code");
-        const int head = bytes[0], states = 1 << (head & 3), offset = (head >> 2) - 8;
-        demand(head < 64, "form of a range code");
-        std::size_t next = 1;
+        const int head = bytes[0], states = 1 << (head % 8), offset = head / 8 - 8;
+        demand(head < 128 && head % 8 <= 5, "form of a range code");
+        // The states, then 16-bit words.
+        const std::vector<std::uint8_t> code(bytes.begin() + 1, bytes.end());
+        Bits first{code};
+        std::vector<std::int64_t> x;
+        for (int lane = 0; lane < states; ++lane) {
+            int length = 16;
+            for (int k = 0; k < 4; ++k) length += first.bit() << k;
+            std::int64_t state = std::int64_t{1} << length;
+            for (int k = 0; k < length; ++k) state += std::int64_t{first.bit()} << k;
+            x.push_back(state);
+        }
+        while (first.next % 8 != 0) demand(first.bit() == 0, "states of a range code are filled with ones");
+        std::size_t next = 1 + first.next / 8;
         const auto byte = [&] {
             if (next >= bytes.size()) refuse("truncated", "a range code ends early");
             return static_cast<std::int64_t>(bytes[next++]);
         };
-        std::vector<std::int64_t> x(static_cast<std::size_t>(states));
-        for (std::int64_t& state : x) {
-            for (int k = 0; k < 4; ++k) state |= byte() << (8 * k);
-        }
-        for (const std::int64_t state : x) demand(state >= 65536, "a state of a range code");
         std::vector<int> tokens(static_cast<std::size_t>(rows * rows), 0);
         std::map<int, Alias> aliases;
         for (int pass = 0; pass < 2; ++pass) {
@@ -779,28 +799,30 @@ struct RangeReader {
     }
 
     static std::int64_t least(int token) {
-        if (token < 24) return token;
-        const int octave = 4 + (token - 23) / 2;
-        return (std::int64_t{1} << octave) + ((token - 23) % 2 == 1 ? std::int64_t{1} << (octave - 1) : 0);
+        if (token < 16) return token;
+        const int octave = token / 4;  // 16 to 19 are the quarters of 2^4 to 2^5
+        return (std::int64_t{4} + token % 4) << (octave - 2);
     }
-    static int raw_bits(int token) { return token < 24 ? 0 : token == 63 ? 32 : 3 + (token - 23) / 2; }
+    static int raw_bits(int token) { return token < 16 ? 0 : token == 63 ? 32 : token / 4 - 2; }
     static std::int64_t magnitude(int token) {
         if (token == 63) return 63;
-        const std::int64_t x = (least(token) + 1) / 2;
+        const std::int64_t x = least(token);
         return x < 63 ? x : 63;
     }
     static Matrix indices(const std::vector<int>& tokens, const std::vector<std::uint8_t>& raw, int kept) {
         std::int64_t total = 0;
-        for (const int t : tokens) total += raw_bits(t);
+        for (const int t : tokens) total += raw_bits(t) + (t != 0 ? 1 : 0);
         const std::int64_t stored = total > kept ? (total - kept + 7) / 8 : 0;
         demand(static_cast<std::int64_t>(raw.size()) == kept / 8 + stored, "raw bits of a range code");
         Bits in{raw};
+        std::vector<int> negative;
+        for (const int t : tokens) negative.push_back(t != 0 ? in.bit() : 0);
         Matrix out;
-        for (const int t : tokens) {
-            std::int64_t z = t == 63 ? 0 : least(t);
-            for (int k = 0; k < raw_bits(t); ++k) z += static_cast<std::int64_t>(in.bit()) << k;
-            demand(z < kTwo32, "an index");
-            out.push_back(z % 2 == 0 ? z / 2 : -(z + 1) / 2);
+        for (std::size_t k = 0; k < tokens.size(); ++k) {
+            const int t = tokens[k];
+            std::int64_t e = t == 63 ? 0 : least(t);
+            for (int b = 0; b < raw_bits(t); ++b) e += static_cast<std::int64_t>(in.bit()) << b;
+            out.push_back(reduced(negative[k] != 0 ? -e : e));
         }
         while (in.next < 8 * raw.size()) demand(in.bit() == 0, "a range code is filled with ones");
         return out;
@@ -838,7 +860,7 @@ std::vector<std::array<std::int64_t, 64>> read_tables(const std::vector<std::uin
             }
             f[63] = left;
         }
-        demand(f[63] > 0, "frequencies");
+        demand(f[63] > 0 && f[63] < 4096, "frequencies");
         out.push_back(f);
     }
     in.end();
@@ -911,7 +933,7 @@ const Refined& Reader::refine(const Point& centre) {
     if (found->entry != nullptr) entry = *found->entry;
     Matrix qc(static_cast<std::size_t>(cells * cells)), qv(static_cast<std::size_t>(inner * inner));
     const std::int64_t step = 2 * header_.radii[static_cast<std::size_t>(Diamond::at(centre).level) + 1] + 1;
-    const bool range = header_.coder == 1 && !entry.blob.empty();
+    const bool range = header_.coder == 1 && !entry.gamma && !entry.blob.empty();
     if (!entry.blob.empty() && !range) {
         Bits in{entry.blob};
         qc = read_matrix(in, cells, cells, entry.leaf);

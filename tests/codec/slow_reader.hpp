@@ -98,6 +98,7 @@ class Reader {
     };
     struct Entry {
         int mode = 0, leaf = 2, order = 4;
+        bool gamma = false;
         std::array<Summary, 2> summary{};
         std::vector<std::uint8_t> blob;
     };

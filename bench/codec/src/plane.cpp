@@ -119,16 +119,39 @@ void PlaneCodec::keep_root(const std::vector<std::int32_t>& reference) {
 
 void PlaneCodec::sample_reference(const PlaneStep& step, RefinedHeights& out) const {
     const PixelFrame& f = step.frame;
-    const auto at = [&](int p, int q) {
-        return height_at((f.x + p * f.ux + q * f.vx) / 2, (f.y + p * f.uy + q * f.vy) / 2);
-    };
     const int absent = absent_side(step);
-    const auto fill = [&](int side) {
+    const auto fill = [&](int side, auto at) {
         for_side(kN, side, [&](int i, int j) { out.v[vertex(i, j)] = at(2 * i, 2 * j); });
         for_side(kCells, side, [&](int i, int j) { out.c[cell(i, j)] = at(2 * i + 1, 2 * j + 1); });
     };
-    if (absent != 0) fill(0);
-    if (absent != 1) fill(1);
+    const auto fill_sides = [&](auto at) {
+        if (absent != 0) fill(0, at);
+        if (absent != 1) fill(1, at);
+    };
+    if (!lies_inside(f) || absent >= 0) {
+        fill_sides([&](int p, int q) {
+            return height_at((f.x + p * f.ux + q * f.vx) / 2, (f.y + p * f.uy + q * f.vy) / 2);
+        });
+        return;
+    }
+    // Doubled coordinates of a vertex or a centre are even: a step of two in p or q is a step in the raster.
+    const std::ptrdiff_t width = plan_.width, u = f.uy * width + f.ux, v = f.vy * width + f.vx;
+    const std::int32_t* from = heights_.data() + (f.y / 2 * width + f.x / 2);
+    const std::int32_t* centre =
+        heights_.data() + ((f.y + f.uy + f.vy) / 2 * width + (f.x + f.ux + f.vx) / 2);
+    for (int i = 0; i < kN; ++i)
+        for (int j = 0; j < kN; ++j) out.v[vertex(i, j)] = from[i * u + j * v];
+    for (int i = 0; i < kCells; ++i)
+        for (int j = 0; j < kCells; ++j) out.c[cell(i, j)] = centre[i * u + j * v];
+}
+
+bool PlaneCodec::lies_inside(const PixelFrame& f) const {
+    for (const int p : {0, 2 * kCells})
+        for (const int q : {0, 2 * kCells}) {
+            const int x = f.x + p * f.ux + q * f.vx, y = f.y + p * f.uy + q * f.vy;
+            if (x < 0 || y < 0 || x / 2 >= plan_.width || y / 2 >= plan_.height) return false;
+        }
+    return true;
 }
 
 // Analysis, fine to coarse: the reference P of every diamond becomes V and C of its parents.

@@ -19,6 +19,7 @@
 
 namespace carat {
 
+class GammaReader;
 struct RangeScratch;
 
 enum class Mode : std::uint8_t { interpolating = 0, filtered = 1, paper = 2 };
@@ -27,6 +28,7 @@ enum class Mode : std::uint8_t { interpolating = 0, filtered = 1, paper = 2 };
 struct BlobInfo {
     Mode mode = Mode::interpolating;
     int leaf_size = 2;          // gamma coder: 2 or 4; range coder: 2
+    bool gamma = false;         // coded by gamma though the file's coder is range
     Order order = Order::four;  // of every prediction of the diamond
 
     std::uint8_t to_byte() const;
@@ -49,6 +51,7 @@ struct CodecScratch {
 
     std::vector<std::int32_t> prediction, indices_c, indices_v, trial;
     std::unique_ptr<RangeScratch> range;
+    std::unique_ptr<GammaReader> gamma;
     RangeStatistics* statistics = nullptr;  // if set, the range encoder counts its tokens there
 };
 

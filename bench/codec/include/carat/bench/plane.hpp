@@ -92,6 +92,7 @@ class PlaneCodec {
     std::int32_t height_at(int x, int y) const;
     void keep_root(const std::vector<std::int32_t>& reference);
     void sample_reference(const PlaneStep& step, RefinedHeights& out) const;
+    bool lies_inside(const PixelFrame& frame) const;
     void filter_references();
     void pass_up(const PlaneStep& step, const std::vector<std::int32_t>& p);
     const RefinedHeights& reference_of(std::size_t step, Order absent_order);
