@@ -59,8 +59,9 @@ constexpr int kSides[] = {5, 5, 5, 9, 9, 9, 17, 17, 5, 9, 5, 9, 17, 33, 33, 65};
 // 8 bytes of settings, then a blob: see targets.hpp.
 void blob(const Coding& coding, std::span<const std::byte> input) {
     if (input.size() < 8) return;
-    const int leaf = coding.coder == CoderId::gamma && (number(input, 0) & 4) != 0 ? 4 : 2;
-    const BlobInfo info{static_cast<Mode>(number(input, 0) % 3), leaf,
+    const bool gamma = coding.coder == CoderId::range && (number(input, 0) & 128) != 0;
+    const int leaf = (gamma || coding.coder == CoderId::gamma) && (number(input, 0) & 4) != 0 ? 4 : 2;
+    const BlobInfo info{static_cast<Mode>(number(input, 0) % 3), leaf, gamma,
                         static_cast<Order>((number(input, 0) >> 3) % kOrders)};
     const int n = kSides[number(input, 1) % 16];
     std::uint32_t raw_radius = 0;
