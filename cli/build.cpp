@@ -25,6 +25,8 @@ struct Options {
     bool json = false, dry_run = false, json_progress = false;
     std::string layer_order = "given";
     std::string coder = "range";
+    std::vector<int> orders;
+    CLI::Option* tolerance = nullptr;
     std::string output;
 };
 
@@ -36,6 +38,9 @@ NODATA, NaN and infinities are holes.
 
 Every height of the file, at every level of detail, is within --tolerance of the source at the sample. Detail follows the
 data: samples lie as close as those of the source that gives the height there, and no closer.
+
+--rms R is another promise: the root mean square of all errors at the file's samples is at most R metres, with the coarsest
+quantiser that keeps it; info and verify say which promise a file makes.
 
 --certify M bounds the error at the source's own samples too: the file is refined where it must be until every sample that
 alone gives the height at its place is within M of the surface, M being above the tolerance. If --max-level stops that, the
@@ -51,6 +56,7 @@ Examples:
   carat build --layer alps1.tif,alps2.tif --nodata -9999 --layer world.tif --tolerance 1 -o earth.carat
   carat build --layer dem.tif --geoid egm96-15.pgm --vertical-datum ellipsoid --tolerance 0.5 -o site.carat
   carat build --layer mola.tif --body mars --vertical-datum areoid --tolerance 2 -o mars.carat
+  carat build --layer mola.tif --body mars --rms 2 --fit-tables -o mars.carat
   carat build --layer dem.tif --tolerance 1 --dry-run -o earth.carat
   carat build --layer tiles.vrt --tolerance 1 --memory 2G --temp /scratch --resume -o earth.carat)";
 
@@ -72,9 +78,15 @@ void add_file_options(CLI::App& sub, Options& o) {
         ->required()
         ->type_name("OUT.carat")
         ->group(group);
-    sub.add_option("--tolerance", b.tolerance, "Greatest error at samples")
-        ->required()
-        ->type_name("METRES")
+    o.tolerance =
+        sub.add_option("--tolerance", b.tolerance, "Greatest error at samples; needed without --rms")
+            ->type_name("METRES")
+            ->group(group);
+    add_value(
+        sub, "--rms", "METRES",
+        "Root mean square of the errors at the file's own samples: the coarsest step that keeps it (greatest "
+        "error: --tolerance, by default 8 times this)",
+        [&b](const std::string& text) { b.rms = parse_number(text); })
         ->group(group);
     add_value(sub, "--quantum", "METRES",
               "Unit of heights (default: a power of two, at most 2^-8 m and tolerance/8)",
@@ -98,6 +110,15 @@ void add_file_options(CLI::App& sub, Options& o) {
     sub.add_option("--coder", o.coder, "range (default): small; gamma: the C-BDAM paper's, faster to decode")
         ->type_name("CODER")
         ->check(CLI::IsMember({"range", "gamma"}))
+        ->group(group);
+    sub.add_flag(
+           "--fit-tables", b.fit_tables,
+           "Range coder: tables fitted to a sample of the data, stored in the file where that saves bytes")
+        ->group(group);
+    sub.add_option("--orders", o.orders, "Orders of prediction to choose among, by diamond (default 2,4,6)")
+        ->delimiter(',')
+        ->type_name("LIST")
+        ->check(CLI::IsMember({2, 4, 6}).description(""))
         ->group(group);
     sub.add_option("--depth-bias", b.depth_bias, "Levels added to what the data ask, or left out (default 0)")
         ->type_name("LEVELS")
@@ -149,6 +170,12 @@ int run(Options o, const Globals& globals) {
     if (o.layer_order == "finest") o.build.layers = finest_first(o.build.layers, o.build.body);
     o.build.mode = static_cast<Mode>(o.mode);
     o.build.coding = o.coder == "gamma" ? Coding::gamma() : Coding{};
+    if (!o.orders.empty()) o.build.coding.orders = 0;
+    for (const int order : o.orders) o.build.coding.orders |= 1u << (order / 2 - 1);
+    if (o.tolerance->count() == 0) {
+        if (!o.build.rms) throw Error(ErrorCode::usage, "how exact? --tolerance METRES or --rms METRES");
+        o.build.tolerance = 8 * *o.build.rms;
+    }
     o.build.output = o.output;
     catch_interrupts();
     Progress progress("diamonds", globals.quiet, o.json_progress);

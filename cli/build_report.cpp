@@ -91,6 +91,8 @@ Json to_json(const BuildReport& r, const BuildOptions& o) {
     json["temporary_peak_bytes"] = r.temporary_peak_bytes;
     json["peak_memory_bytes"] = r.peak_memory_bytes;
     json["resumed_files"] = r.resumed_files;
+    json["tolerance_m"] = r.tolerance;
+    if (o.rms) json["rms_tolerance_m"] = *o.rms;
     json["max_error_m"] = r.max_error;
     json["rms_error_m"] = r.rms_error;
     if (r.certification) json["certification"] = to_json(*r.certification);
@@ -162,7 +164,8 @@ void print_report(const BuildReport& r, const BuildOptions& options, bool json) 
     }
     print_text(r.plan);
     fmt::print("error    at the file's own samples: greatest {:.4g} m, RMS {:.4g} m (tolerance {} m)\n",
-               r.max_error, r.rms_error, number(options.tolerance));
+               r.max_error, r.rms_error, number(r.tolerance));
+    if (options.rms) fmt::print("promise  RMS at most {} m\n", number(*options.rms));
     if (r.certification) print_certification(*r.certification);
     if (r.errors) print_errors(*r.errors, 1);
     fmt::print("file     {}: {} bytes ({})", options.output.string(), grouped(r.file_bytes),

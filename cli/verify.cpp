@@ -80,10 +80,15 @@ void print_text(const Options& o, const VerifyReport& r) {
         grouped(r.shared_heights), duration(r.seconds));
 }
 
+void print_promise(const RepositoryHeader& h) {
+    fmt::print("guaranteed at the file's own samples: {} m\n", number(h.tolerance));
+    if (h.rms_tolerance > 0) fmt::print("guaranteed root mean square there: {} m\n", number(h.rms_tolerance));
+}
+
 void print_text(const Options& o, const VerifyReport& r, const Comparison& c) {
     for (const std::string& remark : c.remarks) fmt::print("remark: {}\n", remark);
-    const RepositoryHeader& h = Repository::open(o.file)->header();
-    fmt::print("guaranteed at the file's own samples: {} m\n", number(h.tolerance));
+    const std::shared_ptr<const Repository> file = Repository::open(o.file);
+    print_promise(file->header());
     print_errors(c.errors, 5);
     if (c.certificate)
         fmt::print("certificate: every compared source sample within {} m: {}\n", number(*c.certificate),
@@ -108,7 +113,9 @@ void print_json(const Options& o, const VerifyReport& r, const std::optional<Com
                  {"shared_heights_checked", r.shared_heights},
                  {"seconds", r.seconds}};
     if (c) {
-        json["guaranteed_at_lattice_m"] = Repository::open(o.file)->header().tolerance;
+        const RepositoryHeader h = Repository::open(o.file)->header();
+        json["guaranteed_at_lattice_m"] = h.tolerance;
+        json["guaranteed_rms_at_lattice_m"] = h.rms_tolerance > 0 ? Json(h.rms_tolerance) : Json(nullptr);
         json["source_errors"] = errors_json(c->errors);
         if (c->certificate) json["certificate"] = {{"bound_m", *c->certificate}, {"confirmed", c->holds()}};
         json["source_remarks"] = c->remarks;

@@ -70,6 +70,14 @@ std::shared_ptr<const RangeTables> RangeTables::fit(const RangeStatistics& stati
     return std::make_shared<RangeTables>(std::make_unique<Model>(f));
 }
 
+double RangeTables::bits(const RangeStatistics& statistics) const {
+    const std::vector<std::uint16_t>& cost = model_->encoder().cost;
+    double sum = 0;
+    for (std::size_t k = 0; k < cost.size(); ++k)
+        sum += static_cast<double>(statistics.counts()[k]) * cost[k] / 256;
+    return sum;
+}
+
 // By context: one bit, 0: as the context before; 1: six bits K, then for the tokens below K the gamma code of
 // the frequency less that of the context before (of the first: of zero); from K to the escape 0; the escape
 // has what is left of 4096.

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "build_certify.hpp"
+#include "build_choice.hpp"
 #include "build_estimate.hpp"
 #include "build_passes.hpp"
 #include "build_plan.hpp"
@@ -35,6 +36,12 @@ void check(const BuildOptions& o) {
         throw Error(ErrorCode::usage, "a certified bound must be above the tolerance, which is a part of it");
     if (o.certify && o.mode != Mode::interpolating)
         throw Error(ErrorCode::usage, "a bound can be certified in mode 0 only");
+    if (o.rms && !(*o.rms > 0 && std::isfinite(*o.rms)))
+        throw Error(ErrorCode::usage, "an RMS error must be positive, in metres");
+    if (o.rms && o.certify)
+        throw Error(ErrorCode::usage, "a bound is certified for a given tolerance, not for an RMS error");
+    if (o.fit_tables && o.coding.coder == CoderId::gamma)
+        throw Error(ErrorCode::usage, "the gamma coder has no tables to fit");
     if (o.log2_cells < 4 || o.log2_cells > 7)
         throw Error(ErrorCode::usage, "patches have 16 to 128 cells a side");
     if (o.max_level < 0 || o.max_level >= kDeepestId)
@@ -59,6 +66,10 @@ BuildPlan describe(const SourceStack& sources, const RefinedLevels& levels, int 
     plan.leaf_samples = kFaces * side * side + 2 + plan.refined * side * side;
     for (const LayerInfo& layer : plan.layers) plan.source_samples += layer.valid_samples;
     return plan;
+}
+
+double rms_of(const ErrorSum& errors) {
+    return errors.count == 0 ? 0 : std::sqrt(errors.squares / static_cast<double>(errors.count));
 }
 
 ErrorSum root_errors(const BuildContext& context, const FaceHeights& source, const EncodedRoots& coded) {
@@ -96,6 +107,7 @@ WriterSetup writer_setup(const BuildContext& context, const BuildPlan& plan, int
     setup.provenance = provenance_json(context.options, plan);
     if (context.options.measures()) setup.provenance.resize(measured_room(setup.provenance, plan), ' ');
     setup.coding = context.options.coding;
+    setup.rms_tolerance = std::min(context.options.rms.value_or(0), context.options.tolerance);
     setup.radii.assign(static_cast<std::size_t>(depth) + 1, context.radius);
     return setup;
 }
@@ -159,7 +171,12 @@ std::vector<LayerShare> shares_of(const SourceStack& sources, const std::vector<
     return out;
 }
 
-// The passes, from sources to a file.
+// The step that was chosen from a sample does not keep the RMS error that was asked for.
+struct RmsMissed {
+    double found;  // metres
+};
+
+// The passes, from sources to a file. Throws RmsMissed before anything is written.
 BuildReport run_passes(const BuildContext& context, BuildPlan plan,
                        const std::optional<Certification>& certification) {
     BuildReport report;
@@ -173,6 +190,8 @@ BuildReport run_passes(const BuildContext& context, BuildPlan plan,
     code_levels(context, coded.heights);
     progress.begin(BuildStage::summarising, plan.refined);
     const Summaries summaries = summarise_levels(context);
+    if (const double found = rms_of(summaries.errors); context.options.rms && found > *context.options.rms)
+        throw RmsMissed{found};
     errors.add(summaries.errors);
     plan.shares = shares_of(context.sources, summaries.diamonds);
 
@@ -189,7 +208,8 @@ BuildReport run_passes(const BuildContext& context, BuildPlan plan,
     report.file_bytes = writer.finish();
     report.plan = std::move(plan);
     report.max_error = errors.max;
-    report.rms_error = std::sqrt(errors.squares / static_cast<double>(errors.count));
+    report.rms_error = rms_of(errors);
+    report.tolerance = context.options.tolerance;
     return report;
 }
 
@@ -210,6 +230,34 @@ BuildPlan plan_of(const BuildOptions& options, const SourceStack& sources, const
     return plan;
 }
 
+// The temporary files are removed when the file is complete, and after failures that --resume does not mend.
+BuildReport build_in_workspace(const BuildOptions& options, const SourceStack& sources,
+                               const RefinedLevels& levels, ProgressReporter& progress, const BuildPlan& plan,
+                               const std::optional<Certification>& certification, std::size_t memory) {
+    const double quantum = options.quantum.value_or(default_quantum(options.tolerance));
+    const std::int32_t radius = quantizer_radius(options.tolerance, quantum);
+    const std::unique_ptr<StepStore> store = open_workspace(
+        options, sources, temporary_bytes(levels, (1 << options.log2_cells) + 1, options.mode));
+    const BuildContext context{options, sources,  levels, quantum,
+                               radius,  progress, *store, share_memory(memory).heights};
+    if (store->found() > 0 && !can_go_on(context)) store->drop_all();
+    try {
+        BuildReport report = run_passes(context, plan, certification);
+        report.resumed_files = store->found();
+        report.temporary_peak_bytes = store->peak_bytes();
+        store->remove();
+        return report;
+    } catch (const Error& error) {
+        if (may_resume(error, progress) && store->peak_bytes() > 0)
+            throw Error(error.code(), error.what() + kept(*store));
+        store->remove();
+        throw;
+    } catch (const RmsMissed&) {
+        store->remove();
+        throw;
+    }
+}
+
 }  // namespace
 
 BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& callback) {
@@ -223,7 +271,7 @@ BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& callba
     if (options.certify) certify_depth(options, sources, levels, progress);
     progress.begin(BuildStage::sampling, 0);
     BuildPlan plan = plan_of(options, sources, levels);
-    plan.estimate = estimate_build(options, sources, levels, plan);
+    plan.estimate = estimate_build(chosen_options(options, sources, levels), sources, levels, plan);
     return plan;
 }
 
@@ -234,8 +282,6 @@ BuildReport build_repository(const BuildOptions& options, const ProgressFunction
     if (!options.overwrite && std::filesystem::exists(options.output))
         throw Error(ErrorCode::usage, options.output.string() + ": exists already; --overwrite replaces it");
     const std::size_t memory = memory_limit(options);
-    const double quantum = options.quantum.value_or(default_quantum(options.tolerance));
-    const std::int32_t radius = quantizer_radius(options.tolerance, quantum);
     const auto threads = limit_threads(options.threads);
     ProgressReporter progress(callback);
     const SourceStack sources(options.layers, options.body, options.base_height,
@@ -248,26 +294,20 @@ BuildReport build_repository(const BuildOptions& options, const ProgressFunction
     const BuildPlan plan = plan_of(options, sources, levels);
     check_diamonds(plan.refined, memory);
     if (planned) planned(plan);
-    const std::unique_ptr<StepStore> store = open_workspace(
-        options, sources, temporary_bytes(levels, (1 << options.log2_cells) + 1, options.mode));
-    const BuildContext context{options, sources,  levels, quantum,
-                               radius,  progress, *store, share_memory(memory).heights};
-    if (store->found() > 0 && !can_go_on(context)) store->drop_all();
-    try {
-        BuildReport report = run_passes(context, plan, certification);
-        report.resumed_files = store->found();
-        report.temporary_peak_bytes = store->peak_bytes();
-        store->remove();
-        report.stage_seconds = progress.stage_seconds();
-        report.peak_memory_bytes = peak_memory_bytes();
-        report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-        return report;
-    } catch (const Error& error) {
-        if (may_resume(error, progress) && store->peak_bytes() > 0)
-            throw Error(error.code(), error.what() + kept(*store));
-        store->remove();
-        throw;
-    }
+    BuildOptions chosen = chosen_options(options, sources, levels);
+    chosen.tolerance = tolerance_in_workspace(options).value_or(chosen.tolerance);
+    for (;;) try {
+            BuildReport report =
+                build_in_workspace(chosen, sources, levels, progress, plan, certification, memory);
+            report.stage_seconds = progress.stage_seconds();
+            report.peak_memory_bytes = peak_memory_bytes();
+            report.seconds =
+                std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+            return report;
+        } catch (const RmsMissed& missed) {
+            chosen = with_smaller_step(chosen, missed.found);
+            chosen.resume = false;
+        }
 }
 
 }  // namespace carat

@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "build_passes.hpp"
+#include "build_trial.hpp"
 #include "carat/codec/quantize.hpp"
-#include "carat/globe/patch.hpp"
 #include "carat/preprocess/provenance.hpp"
 
 namespace carat {
@@ -23,73 +23,6 @@ constexpr double kBesidesCoding = 2.2, kReadRate = 60e6, kMeasureRate = 9e6;
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
-
-// One diamond coded from source heights, its vertices rounded as a quantiser would.
-class Trial {
-  public:
-    Trial(const BuildOptions& options, const SourceStack& sources)
-        : options_(options),
-          sources_(sources),
-          n_((1 << options.log2_cells) + 1),
-          quantum_(options.quantum.value_or(default_quantum(options.tolerance))),
-          radius_(quantizer_radius(options.tolerance, quantum_)) {}
-
-    struct Cost {
-        std::size_t bytes = 0;
-        double sampling = 0, coding = 0;  // seconds: of one half, of the diamond
-    };
-    Cost operator()(DiamondId d) {
-        for (const int side : {0, 1}) take({d, side}, d);  // brings the sources into memory
-        Cost out;
-        auto start = Clock::now();
-        for (const int side : {0, 1})
-            for (const Half& child : child_halves({d, side})) take(child, d);
-        out.sampling = seconds_since(start) / 4;
-        start = Clock::now();
-        const std::int32_t step = 2 * radius_ + 1;
-        p_.resize(reference_.v.size());
-        for (std::size_t k = 0; k < p_.size(); ++k)
-            p_[k] =
-                step * static_cast<std::int32_t>(std::lround(static_cast<double>(reference_.v[k]) / step));
-        out.bytes =
-            encode_residuals(options_.coding, options_.mode, p_, reference_, radius_, refined_, scratch_)
-                .blob.size();
-        out.coding = seconds_since(start);
-        return out;
-    }
-
-  private:
-    void take(const Half& half, DiamondId d) {
-        heights_.resize(half_vertex_count(n_ - 1));
-        sources_.sample(half, n_ - 1, heights_);
-        reference_.n = n_;
-        reference_.v.resize(static_cast<std::size_t>(n_ * n_));
-        reference_.c.resize(static_cast<std::size_t>((n_ - 1) * (n_ - 1)));
-        if (half.diamond == d) return;
-        const ChildMap m = child_map(d, half, n_ - 1);
-        const double* next = heights_.data();
-        for (int i = 0; i < n_; ++i)
-            for (int j = half.side == 0 ? 0 : i; j < (half.side == 0 ? i + 1 : n_); ++j) {
-                const int p = m.p0 + i * m.pi + j * m.pj, q = m.q0 + i * m.qi + j * m.qj;
-                const double scaled =
-                    std::clamp(*next++ / quantum_, -1.0 * kGreatestHeight, 1.0 * kGreatestHeight);
-                auto& to = (p & 1) == 0
-                               ? reference_.v[static_cast<std::size_t>((p >> 1) * n_ + (q >> 1))]
-                               : reference_.c[static_cast<std::size_t>((p >> 1) * (n_ - 1) + (q >> 1))];
-                to = static_cast<std::int32_t>(std::lround(scaled));
-            }
-    }
-
-    const BuildOptions& options_;
-    const SourceStack& sources_;
-    int n_;
-    double quantum_;
-    std::int32_t radius_;
-    std::vector<double> heights_;
-    std::vector<std::int32_t> p_;
-    RefinedHeights reference_, refined_;
-    CodecScratch scratch_;
-};
 
 std::size_t root_bytes(const BuildOptions& options, const SourceStack& sources) {
     const double quantum = options.quantum.value_or(default_quantum(options.tolerance));
@@ -111,25 +44,38 @@ std::uint64_t leaf_halves(const RefinedLevels& levels) {
 BuildEstimate estimate_build(const BuildOptions& options, const SourceStack& sources,
                              const RefinedLevels& levels, const BuildPlan& plan) {
     BuildEstimate out;
-    std::vector<DiamondId> all;
-    for (const auto& level : levels) all.insert(all.end(), level.begin(), level.end());
-    out.sampled = std::min(kSampled, all.size());
-    std::vector<Trial::Cost> costs(out.sampled);
+    const std::vector<DiamondId> some = spread_diamonds(levels, kSampled);
+    out.sampled = some.size();
+    struct Cost {
+        std::size_t bytes = 0;
+        double sampling = 0, coding = 0;  // seconds: of one half, of the diamond
+    };
+    std::vector<Cost> costs(out.sampled);
+    const std::int32_t radius =
+        quantizer_radius(options.tolerance, options.quantum.value_or(default_quantum(options.tolerance)));
     tbb::parallel_for(std::size_t{0}, out.sampled, [&](std::size_t k) {
-        costs[k] = Trial(options, sources)(all[(2 * k + 1) * all.size() / (2 * out.sampled)]);
+        const auto trial = std::make_unique<Trial>(options, sources);
+        trial->take(some[k]);  // brings the sources into memory
+        auto start = Clock::now();
+        trial->take(some[k]);
+        costs[k].sampling = seconds_since(start) / 4;
+        start = Clock::now();
+        costs[k].bytes = trial->code(options.coding, radius, nullptr).bytes;
+        costs[k].coding = seconds_since(start);
     });
-    Trial::Cost sum;
-    for (const Trial::Cost& c : costs) {
+    Cost sum;
+    for (const Cost& c : costs) {
         sum.bytes += c.bytes;
         sum.sampling += c.sampling;
         sum.coding += c.coding;
     }
     const double scale = out.sampled == 0 ? 0 : 1 / static_cast<double>(out.sampled);
-    const auto diamonds = static_cast<double>(all.size()), samples = static_cast<double>(plan.source_samples);
+    const auto diamonds = static_cast<double>(plan.refined),
+               samples = static_cast<double>(plan.source_samples);
     std::size_t header = provenance_json(options, plan).size();
     if (options.measures()) header = measured_room(provenance_json(options, plan), plan);
     out.file_bytes = static_cast<std::uint64_t>(diamonds * scale * static_cast<double>(sum.bytes)) +
-                     kIndexBytes * all.size() + root_bytes(options, sources) + header;
+                     kIndexBytes * plan.refined + root_bytes(options, sources) + header;
     const double work = static_cast<double>(leaf_halves(levels)) * scale * sum.sampling +
                         diamonds * scale * sum.coding * kBesidesCoding + samples / kReadRate +
                         (options.measures() ? samples / kMeasureRate : 0);

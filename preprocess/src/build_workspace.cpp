@@ -162,12 +162,23 @@ std::string inputs_of(const BuildOptions& o, const SourceStack& sources) {
                 {"mode", static_cast<int>(o.mode)},
                 {"coder", to_string(o.coding.coder)},
                 {"orders", o.coding.orders},
+                {"rms", o.rms ? Json(*o.rms) : Json(nullptr)},
+                {"fit_tables", o.fit_tables},
                 {"depth_bias", o.depth_bias},
                 {"max_level", o.max_level},
                 {"certify", o.certify ? Json(*o.certify) : Json(nullptr)},
                 {"measure", o.measures()},
                 {"log2_cells", o.log2_cells}}
         .dump(1);
+}
+
+std::optional<double> tolerance_in_workspace(const BuildOptions& options) {
+    const fs::path path = temporary_folder(options) / kInputsName;
+    if (!options.resume || !options.rms || !fs::exists(path)) return std::nullopt;
+    const Json before = Json::parse(read_text(path), nullptr, false);
+    if (!before.is_object() || before.value("rms", Json()) != Json(*options.rms)) return std::nullopt;
+    const Json tolerance = before.value("tolerance", Json());
+    return tolerance.is_number() ? std::optional<double>(tolerance.get<double>()) : std::nullopt;
 }
 
 std::unique_ptr<StepStore> open_workspace(const BuildOptions& options, const SourceStack& sources,

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "build_levels.hpp"
@@ -35,6 +36,9 @@ TemporaryBytes temporary_bytes(const RefinedLevels& levels, int n, Mode mode);
 
 // OUT.carat.build beside the output, or in --temp with a mark of the output's path.
 std::filesystem::path temporary_folder(const BuildOptions& options);
+
+// The tolerance that an interrupted build with the same RMS error had come to, if this one is to resume it.
+std::optional<double> tolerance_in_workspace(const BuildOptions& options);
 
 // The store of a build. Compares the inputs and options with those that an earlier run left. Throws
 // Error(usage) if resume is asked for and they differ, naming what; Error(io) if the disk has not enough

@@ -42,6 +42,8 @@ class RangeTables {
     static std::shared_ptr<const RangeTables> fit(const RangeStatistics& statistics);
     // Reads what bytes() wrote. Throws Error(corrupt|truncated).
     static std::shared_ptr<const RangeTables> parse(std::span<const std::byte> bytes);
+    // Bits that the counted tokens take with these tables, signs and raw bits included.
+    double bits(const RangeStatistics& statistics) const;
     // docs/format.md, "Tables of the range coder".
     std::vector<std::byte> bytes() const;
 

@@ -41,6 +41,12 @@ struct BuildOptions {
     double base_height = 0;  // metres, where no layer has data
     Mode mode = Mode::interpolating;
     Coding coding;  // coder, prediction orders and tables
+    // Metres, below the tolerance: root mean square of reconstructed - source over the values at lattice
+    // points that residuals are coded for. The step is the greatest that keeps it, and the file promises it.
+    std::optional<double> rms;
+    // Range coder: tables fitted to a sample of the diamonds, stored in the file where they save more than
+    // they take.
+    bool fit_tables = false;
     double depth_bias =
         0;  // levels added (or, if negative, left out): a level is a factor of sqrt(2) in spacing
     int max_level = 40;  // no diamond of this level or deeper is refined
@@ -116,6 +122,7 @@ struct BuildReport {
     BuildPlan plan;
     std::uint64_t file_bytes = 0;
     std::uint64_t coded_diamonds = 0, zero_diamonds = 0;
+    double tolerance = 0;                 // metres, that of the file
     double max_error = 0, rms_error = 0;  // metres, at lattice points, rounding to the quantum included
     std::optional<Certification> certification;
     std::optional<ErrorSummary> errors;      // at source samples, if they were measured
