@@ -48,6 +48,7 @@ std::vector<Column> cut_columns() {
             count("virtual", &C::virtual_refined),
             count("culled_frustum", &C::culled_frustum),
             count("culled_horizon", &C::culled_horizon),
+            {"culled_back", [](const FrameRow& r) { return fmt::format("{}", r.gpu.patches_back); }},
             count("waiting", &C::waiting),
             count("forced_coarse", &C::forced_coarse),
             {"pages_read", [](const FrameRow& r) { return fmt::format("{}", r.cut.read.pages); }},

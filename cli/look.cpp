@@ -126,6 +126,7 @@ DrawRequest draw_request(const Look& look, const ViewRequest& where, const View&
     request.light.relief_exaggeration = look.relief.value_or(default_relief(where.height, body));
     request.background = linear_background(look.background);
     request.samples = look.samples;
+    request.skip_back_patches = true;
     request.light.ambient = look.ambient.value_or(look.sky ? 0 : 0.08);
     request.sky = look.sky;
     request.water = look.water;

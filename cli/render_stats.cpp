@@ -55,6 +55,7 @@ void RenderStats::write(const std::string& path) const {
          {{"selected", cut.patches},
           {"uploaded", frame.patches_uploaded},
           {"drawn", frame.patches_drawn},
+          {"culled_back", frame.patches_back},
           {"bytes_uploaded", frame.bytes_uploaded},
           {"batches", frame.batches}}},
         {"triangles", frame.triangles},

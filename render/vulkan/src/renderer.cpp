@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "air_tables.hpp"
+#include "back_faces.hpp"
 #include "carat/globe/patch.hpp"
 #include "command_buffers.hpp"
 #include "frame_data.hpp"
@@ -86,6 +87,7 @@ struct Renderer::State {
     bool has_air = false, air_made = false;
     vk::Buffer frame_data, probe_data;
     std::optional<vk::Targets> targets;
+    BackFaces back_faces;
     vk::CommandBuffers commands;
     vk::BandedReadback banded;
     std::array<Pending, kFramesInFlight> pending;
@@ -115,6 +117,7 @@ Renderer::State::State(const Ellipsoid& b, double unit, const RendererOptions& o
       probe_data(vk::make_buffer(device, half_vertex_count(options.cells) * sizeof(gpu::vec4),
                                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, vk::Where::readback,
                                  "probed positions")),
+      back_faces(options.cells, unit),
       commands(device),
       banded(device),
       pending{Pending(device), Pending(device)} {
@@ -250,7 +253,14 @@ void Renderer::State::submit(const DrawRequest& request, PatchList patches) {
     ring.copy(frame_data.handle.get(), 0, &data, sizeof(data));
     std::vector<const vk::MeshPointer*> remaining;
     remaining.reserve(patches.size());
-    for (const auto& mesh : patches) remaining.push_back(&mesh);
+    back_faces.begin();
+    const bool skips = request.cull_back_faces && request.skip_back_patches;
+    for (const auto& mesh : patches) {
+        if (skips && back_faces.faces_away(mesh, request.camera.eye))
+            ++c.patches_back;
+        else
+            remaining.push_back(&mesh);
+    }
     do {
         const auto start = Clock::now();
         fill_batch(remaining, c);

@@ -72,6 +72,9 @@ struct DrawRequest {
     int samples = 1;  // a pixel, for colour: 1, 2, 4 or 8; the greatest supported number not above it is used
     double near_plane = 0;  // metres along the view axis; 0: a tenth of a metre
     bool cull_back_faces = true;
+    // With cull_back_faces: patches all of whose triangles face away, by a cone of their normals, are neither
+    // uploaded nor drawn. Changes nothing in the picture.
+    bool skip_back_patches = false;
     // The air between the eye and what it sees, and the sky behind; sunlight and skylight on the ground come
     // through it. Without an atmosphere: black space. Light through the air is in units of the sun's above
     // it: 1 / pi of a white surface that faces the sun.
@@ -84,6 +87,7 @@ struct DrawRequest {
 
 struct FrameCounters {
     std::uint64_t patches_drawn = 0, patches_uploaded = 0, triangles = 0, bytes_uploaded = 0;
+    std::uint64_t patches_back = 0;  // of those given, left out for they face away from the eye
     int batches = 0;
     int samples = 0;         // a pixel, as used
     double table_ms = 0;     // host and device: making the sky's tables, in the first frame that has one
