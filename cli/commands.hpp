@@ -37,6 +37,7 @@ void on_run(CLI::App& subcommand, Globals& globals, std::function<int()> action)
 
 void add_synth(CLI::App& app, Globals& globals);
 void add_build(CLI::App& app, Globals& globals);
+void add_update(CLI::App& app, Globals& globals);
 void add_info(CLI::App& app, Globals& globals);
 void add_verify(CLI::App& app, Globals& globals);
 void add_query(CLI::App& app, Globals& globals);

@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
     app.get_formatter()->column_width(34);
     Globals globals;
     for (const auto add :
-         {add_synth, add_build, add_info, add_verify, add_query, add_render, add_fly, add_bench})
+         {add_synth, add_build, add_update, add_info, add_verify, add_query, add_render, add_fly, add_bench})
         add(app, globals);
 
     try {

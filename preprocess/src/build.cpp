@@ -1,23 +1,19 @@
 #include "carat/preprocess/build.hpp"
 
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>
-#include <stdexcept>
 
 #include "build_certify.hpp"
 #include "build_choice.hpp"
 #include "build_estimate.hpp"
+#include "build_output.hpp"
 #include "build_passes.hpp"
 #include "build_plan.hpp"
 #include "build_workspace.hpp"
 #include "carat/globe/error.hpp"
-#include "carat/preprocess/provenance.hpp"
-#include "measure_blocks.hpp"
 
 namespace carat {
 namespace {
@@ -48,26 +44,6 @@ void check(const BuildOptions& o) {
         throw Error(ErrorCode::usage, "the deepest level is below " + std::to_string(kDeepestId));
 }
 
-std::optional<tbb::global_control> limit_threads(int threads) {
-    if (threads <= 0) return std::nullopt;
-    return std::optional<tbb::global_control>(std::in_place, tbb::global_control::max_allowed_parallelism,
-                                              static_cast<std::size_t>(threads));
-}
-
-BuildPlan describe(const SourceStack& sources, const RefinedLevels& levels, int cells) {
-    BuildPlan plan;
-    plan.layers = sources.layers();
-    plan.warnings = sources.warnings();
-    for (const auto& level : levels) {
-        plan.refined_by_level.push_back(level.size());
-        plan.refined += level.size();
-    }
-    const auto side = static_cast<std::uint64_t>(cells);
-    plan.leaf_samples = kFaces * side * side + 2 + plan.refined * side * side;
-    for (const LayerInfo& layer : plan.layers) plan.source_samples += layer.valid_samples;
-    return plan;
-}
-
 double rms_of(const ErrorSum& errors) {
     return errors.count == 0 ? 0 : std::sqrt(errors.squares / static_cast<double>(errors.count));
 }
@@ -80,36 +56,6 @@ ErrorSum root_errors(const BuildContext& context, const FaceHeights& source, con
             sum.add(e, static_cast<double>(e) * static_cast<double>(e), 1, context.quantum);
         }
     return sum;
-}
-
-// Compares the file, complete but for this, with the sources.
-ErrorSummary measure_file(const BuildContext& context, const BuildPlan& plan,
-                          const std::optional<Certification>& certification, RepositoryWriter& writer) {
-    std::uint64_t samples = 0;
-    for (const LayerInfo& layer : plan.layers) samples += layer.samples;
-    const FileSurface surface(Repository::open(writer.complete()), context.cache_bytes);
-    context.progress.begin(BuildStage::measuring, samples);
-    ErrorSummary errors = measure_blocks(context.sources, surface, kRecordedPlaces,
-                                         [&](std::uint64_t n) { context.progress.step(n); });
-    if (certification && certification->reached() && errors.all.max > certification->bound)
-        throw std::logic_error("the certified bound does not hold");
-    writer.replace_provenance(provenance_json(context.options, plan, &errors, certification));
-    return errors;
-}
-
-WriterSetup writer_setup(const BuildContext& context, const BuildPlan& plan, int depth) {
-    WriterSetup setup;
-    setup.log2_cells = context.options.log2_cells;
-    setup.quantum = context.quantum;
-    setup.tolerance = context.options.tolerance;
-    setup.body = context.options.body;
-    setup.vertical_datum = context.options.vertical_datum;
-    setup.provenance = provenance_json(context.options, plan);
-    if (context.options.measures()) setup.provenance.resize(measured_room(setup.provenance, plan), ' ');
-    setup.coding = context.options.coding;
-    setup.rms_tolerance = std::min(context.options.rms.value_or(0), context.options.tolerance);
-    setup.radii.assign(static_cast<std::size_t>(depth) + 1, context.radius);
-    return setup;
 }
 
 bool has_step(const BuildContext& c, int level, std::size_t step) {
@@ -142,34 +88,24 @@ bool can_go_on(const BuildContext& c) {
     return level == 0 || level == depth || c.has_level(StepKind::vertices, level);
 }
 
-void write_file(const BuildContext& context, const Summaries& summaries, RepositoryWriter& writer) {
-    std::vector<std::size_t> first{0};
-    for (const auto& level : context.levels) first.push_back(first.back() + level.size());
-    writer.write(summaries.diamonds, [&](std::size_t k, std::vector<std::byte>& out) {
-        const auto level = std::upper_bound(first.begin(), first.end(), k) - first.begin() - 1;
-        const std::size_t position = k - first[static_cast<std::size_t>(level)];
-        context.store.read({StepKind::code, static_cast<int>(level), position / kStepDiamonds},
-                           position % kStepDiamonds, out);
-        out.erase(out.begin());  // the BlobInfo
-        context.progress.step();
-    });
-}
-
-std::vector<LayerShare> shares_of(const SourceStack& sources, const std::vector<DiamondEntry>& diamonds) {
-    const std::size_t layers = sources.layers().size();
-    std::vector<std::int8_t> layer(diamonds.size());
-    tbb::parallel_for(std::size_t{0}, diamonds.size(), [&](std::size_t k) {
-        layer[k] = static_cast<std::int8_t>(sources.layer_near(direction(diamonds[k].id.centre())));
-    });
-    std::vector<LayerShare> out(layers + 1);
-    for (std::size_t k = 0; k < diamonds.size(); ++k) {
-        LayerShare& s = out[layer[k] == kBaseLayer ? layers : static_cast<std::size_t>(layer[k])];
-        ++s.refined;
-        if (diamonds[k].blob_bytes == 0) ++s.zero;
-        s.residual_bytes += diamonds[k].blob_bytes;
+// The blobs that lie in the store, by their place among all diamonds.
+class StoredBlobs {
+  public:
+    explicit StoredBlobs(const BuildContext& context) : context_(context) {
+        for (const auto& level : context.levels) first_.push_back(first_.back() + level.size());
     }
-    return out;
-}
+    void read(std::size_t k, std::vector<std::byte>& out) const {
+        const auto level = std::upper_bound(first_.begin(), first_.end(), k) - first_.begin() - 1;
+        const std::size_t position = k - first_[static_cast<std::size_t>(level)];
+        context_.store.read({StepKind::code, static_cast<int>(level), position / kStepDiamonds},
+                            position % kStepDiamonds, out);
+        out.erase(out.begin());  // the BlobInfo
+    }
+
+  private:
+    const BuildContext& context_;
+    std::vector<std::size_t> first_{0};
+};
 
 // The step that was chosen from a sample does not keep the RMS error that was asked for.
 struct RmsMissed {
@@ -193,19 +129,15 @@ BuildReport run_passes(const BuildContext& context, BuildPlan plan,
     if (const double found = rms_of(summaries.errors); context.options.rms && found > *context.options.rms)
         throw RmsMissed{found};
     errors.add(summaries.errors);
-    plan.shares = shares_of(context.sources, summaries.diamonds);
-
     progress.begin(BuildStage::writing, plan.refined);
-    WriterSetup setup = writer_setup(context, plan, context.depth());
-    constexpr std::uint64_t kIndexBytes = 10;  // of a diamond, about
-    setup.expected_bytes =
-        summaries.blob_bytes + kIndexBytes * summaries.diamonds.size() + setup.provenance.size();
-    RepositoryWriter writer(context.options.output, std::move(setup), coded);
-    write_file(context, summaries, writer);
     for (const DiamondEntry& d : summaries.diamonds)
         ++(d.blob_bytes == 0 ? report.zero_diamonds : report.coded_diamonds);
-    if (context.options.measures()) report.errors = measure_file(context, plan, certification, writer);
-    report.file_bytes = writer.finish();
+    const OutputJob job{context.options, context.sources,  context.quantum,
+                        context.radius,  context.progress, context.cache_bytes};
+    const StoredBlobs blobs(context);
+    report.file_bytes = write_output(job, plan, certification, coded, summaries.diamonds,
+                                     [&](std::size_t k, std::vector<std::byte>& out) { blobs.read(k, out); },
+                                     report.errors);
     report.plan = std::move(plan);
     report.max_error = errors.max;
     report.rms_error = rms_of(errors);
@@ -224,7 +156,7 @@ std::string kept(const StepStore& store) {
 }
 
 BuildPlan plan_of(const BuildOptions& options, const SourceStack& sources, const RefinedLevels& levels) {
-    BuildPlan plan = describe(sources, levels, 1 << options.log2_cells);
+    BuildPlan plan = describe_plan(sources, levels, 1 << options.log2_cells);
     plan.temporary_bytes = temporary_bytes(levels, (1 << options.log2_cells) + 1, options.mode).bound;
     plan.temporary_folder = temporary_folder(options);
     return plan;

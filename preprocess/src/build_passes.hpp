@@ -56,6 +56,9 @@ using FaceHeights = std::array<std::vector<std::int32_t>, kFaces>;
 // Source heights of a face, N x N, in quanta. Throws Error(limit) for heights beyond 2^30 quanta.
 std::vector<std::int32_t> sample_face(const SourceStack& sources, double quantum, int n, int face);
 
+// Reference of a refined diamond in mode 0, from the sources alone. Throws Error(limit) likewise.
+void sample_reference(const SourceStack& sources, double quantum, int n, DiamondId d, RefinedHeights& out);
+
 // Fine to coarse: source heights at the leaves, and up from there what each level is to be coded from. In
 // mode 0 a coarser level takes every other sample, in modes 1 and 2 it is filtered. Every source block is
 // read by the leaves of about one level, in the order of the space-filling curve. Throws Error(limit) for

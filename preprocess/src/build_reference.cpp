@@ -33,6 +33,17 @@ void for_half(int n, int side, F f) {
         for (int j = side == 0 ? 0 : i; j < (side == 0 ? i + 1 : n); ++j) f(i, j);
 }
 
+// Heights of a child's half, in rows, to where they stand in its parent's V and C.
+void scatter(DiamondId d, const Half& child, const std::int32_t* next, int n, RefinedHeights& out) {
+    const ChildMap m = child_map(d, child, n - 1);
+    for_half(n, child.side, [&](int i, int j) {
+        const int p = m.p0 + i * m.pi + j * m.pj, q = m.q0 + i * m.qi + j * m.qj;
+        std::int32_t& to = (p & 1) == 0 ? out.v[static_cast<std::size_t>((p >> 1) * n + (q >> 1))]
+                                        : out.c[static_cast<std::size_t>((p >> 1) * (n - 1) + (q >> 1))];
+        to = *next++;
+    });
+}
+
 // Work space of one thread.
 struct Scratch {
     std::vector<double> heights;
@@ -64,15 +75,7 @@ class Gatherer {
   private:
     void fill(DiamondId d, const Half& child, int level) {
         take(child, level);
-        const ChildMap m = child_map(d, child, n_ - 1);
-        const std::int32_t* next = s_.quarter.data();
-        for_half(n_, child.side, [&](int i, int j) {
-            const int p = m.p0 + i * m.pi + j * m.pj, q = m.q0 + i * m.qi + j * m.qj;
-            std::int32_t& to = (p & 1) == 0
-                                   ? s_.refined.v[static_cast<std::size_t>((p >> 1) * n_ + (q >> 1))]
-                                   : s_.refined.c[static_cast<std::size_t>((p >> 1) * (n_ - 1) + (q >> 1))];
-            to = *next++;
-        });
+        scatter(d, child, s_.quarter.data(), n_, s_.refined);
     }
     // The vertices of a child's half: of the refined child, or source samples.
     void take(const Half& child, int level) {
@@ -125,6 +128,22 @@ std::vector<std::int32_t> sample_face(const SourceStack& sources, double quantum
     std::vector<std::int32_t> quanta(points.size());
     to_quanta(quantum, heights, quanta);
     return quanta;
+}
+
+// In mode 0 the reference of a refined diamond is the source at its vertices and cell centres.
+void sample_reference(const SourceStack& sources, double quantum, int n, DiamondId d, RefinedHeights& out) {
+    Scratch& s = Scratch::of_thread();
+    out.n = n;
+    out.v.resize(static_cast<std::size_t>(n * n));
+    out.c.resize(static_cast<std::size_t>((n - 1) * (n - 1)));
+    s.heights.resize(half_vertex_count(n - 1));
+    s.quarter.resize(half_vertex_count(n - 1));
+    for (const int side : {0, 1})
+        for (const Half& child : child_halves({d, side})) {
+            sources.sample(child, n - 1, s.heights);
+            to_quanta(quantum, s.heights, s.quarter);
+            scatter(d, child, s.quarter.data(), n, out);
+        }
 }
 
 FaceHeights make_reference(const BuildContext& context) {

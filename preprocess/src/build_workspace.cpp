@@ -91,6 +91,12 @@ void check_room(const fs::path& folder, std::uint64_t usual, std::uint64_t there
 
 }  // namespace
 
+std::optional<tbb::global_control> limit_threads(int threads) {
+    if (threads <= 0) return std::nullopt;
+    return std::optional<tbb::global_control>(std::in_place, tbb::global_control::max_allowed_parallelism,
+                                              static_cast<std::size_t>(threads));
+}
+
 std::size_t memory_limit(const BuildOptions& options) {
     if (options.memory_bytes == 0) {
         const auto ram = static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) *

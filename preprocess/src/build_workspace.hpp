@@ -2,6 +2,8 @@
 // same.
 #pragma once
 
+#include <tbb/global_control.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -21,6 +23,9 @@ struct MemoryShares {
     std::size_t heights = 0;   // reconstructed heights
     std::size_t diamonds = 0;  // lists of diamonds
 };
+// Keeps the process to so many threads while it lives; 0: no limit.
+std::optional<tbb::global_control> limit_threads(int threads);
+
 // 0: a quarter of the machine's. Throws Error(usage) below kLeastMemory.
 inline constexpr std::size_t kLeastMemory = std::size_t{256} << 20;
 std::size_t memory_limit(const BuildOptions& options);

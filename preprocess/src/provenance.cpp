@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "carat/globe/error.hpp"
+#include "content_hash.hpp"
 
 namespace carat {
 namespace {
@@ -54,7 +55,10 @@ Json layer_json(const LayerInfo& info, const LayerOptions& options) {
     if (options.nodata) out["nodata"] = number(*options.nodata);
     if (options.valid_range) out["valid_range"] = *options.valid_range;
     if (options.bounds) out["bounds"] = *options.bounds;
-    if (!options.geoid.empty()) out["geoid"] = name_of(options.geoid);
+    if (!options.geoid.empty()) {
+        out["geoid"] = name_of(options.geoid);
+        out["geoid_xxh3"] = content_hash({options.geoid}).hash;
+    }
     if (options.feather) out["feather_m"] = *options.feather;
     if (options.band != 1) out["band"] = options.band;
     if (options.latitude != LatitudeKind::automatic) out["latitude"] = to_string(options.latitude);
@@ -74,6 +78,7 @@ RecordedLayer recorded_layer(const Json& j) {
     if (j.contains("valid_range")) o.valid_range = j["valid_range"].get<std::array<double, 2>>();
     if (j.contains("bounds")) o.bounds = j["bounds"].get<std::array<double, 4>>();
     if (j.contains("geoid")) o.geoid = j["geoid"].get<std::string>();
+    if (j.contains("geoid_xxh3")) out.geoid_hash = j["geoid_xxh3"].get<std::uint64_t>();
     if (j.contains("feather_m")) o.feather = j["feather_m"].get<double>();
     o.band = j.value("band", 1);
     o.latitude = parse_latitude(j.value("latitude", "automatic"));
@@ -120,6 +125,10 @@ Provenance parse_provenance(const std::string& json) {
         Provenance out;
         for (const Json& layer : j.at("layers")) out.layers.push_back(recorded_layer(layer));
         out.base_height = j.at("base_height").get<double>();
+        out.mode = static_cast<Mode>(j.at("mode").get<int>());
+        out.depth_bias = j.at("depth_bias").get<double>();
+        out.max_level = j.at("max_level").get<int>();
+        if (j.contains("certify_m")) out.certify = j["certify_m"].get<double>();
         if (j.contains("shares"))
             for (const Json& s : j["shares"])
                 out.shares.push_back({s.at("refined").get<std::uint64_t>(), s.at("zero").get<std::uint64_t>(),

@@ -255,6 +255,21 @@ double SourceStack::finest_spacing(DiamondId d) const {
     return std::min(state_->finest({d, 0}), state_->finest({d, 1}));
 }
 
+bool SourceStack::may_touch(std::size_t layer, DiamondId d) const {
+    const SourceLayer& l = *state_->layers[layer];
+    for (const int side : {0, 1}) {
+        const Half half{d, side};
+        Cap cap = cap_of_half(half);
+        if (!l.may_meet(cap)) continue;
+        if (d.level() < kSmallHalfLevel) return true;
+        const std::array<Vec3, 7> places = outline(half);
+        cap = cap_of(places);
+        cap.radius *= 1.05;  // the sides bulge between the places
+        if (std::isfinite(l.cover(places, cap).spacing)) return true;
+    }
+    return false;
+}
+
 int SourceStack::layer_near(const Vec3& n) const {
     std::array<Vec3, 7> places;
     places.fill(n);

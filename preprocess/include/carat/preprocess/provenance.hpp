@@ -32,10 +32,15 @@ struct RecordedFile {
 struct RecordedLayer {
     LayerOptions options;  // names of files and geoid without their folders
     std::vector<RecordedFile> files;
+    std::uint64_t geoid_hash = 0;  // XXH3 of the geoid's file, if there is one
 };
 struct Provenance {
     std::vector<RecordedLayer> layers;
     double base_height = 0;
+    Mode mode = Mode::interpolating;
+    double depth_bias = 0;
+    int max_level = 0;
+    std::optional<double> certify;   // what was asked for; certificate: what was reached
     std::vector<LayerShare> shares;  // of each layer, last of the base height; empty if not recorded
     std::optional<ErrorSummary> errors;
     // Metres: no compared source sample is further from S (measure.hpp).

@@ -92,6 +92,8 @@ class SourceStack {
     // where only the base height applies. May look a little beyond the region (16 samples; an eighth of the
     // diamond where a finer layer lies beneath the border of a coarser one). Reads no file.
     double finest_spacing(DiamondId d) const;
+    // False if a layer certainly gives no height anywhere in the region of a diamond. Reads no file.
+    bool may_touch(std::size_t layer, DiamondId d) const;
     // The first layer with valid samples at a place or within 16 samples of it, kBaseLayer if there is none.
     // Reads no file.
     int layer_near(const Vec3& n) const;

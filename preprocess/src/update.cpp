@@ -1,0 +1,243 @@
+#include "carat/preprocess/update.hpp"
+
+#include <chrono>
+
+#include "build_certify.hpp"
+#include "build_plan.hpp"
+#include "build_workspace.hpp"
+#include "carat/globe/error.hpp"
+#include "carat/preprocess/provenance.hpp"
+#include "content_hash.hpp"
+#include "update_closure.hpp"
+
+namespace carat {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The old sources: where they lie, and whether they are what they were.
+class OldSources {
+  public:
+    OldSources(const UpdateOptions& options, const Provenance& recorded)
+        : file_(options.file.string()), folders_(options.sources), recorded_(recorded) {
+        folders_.push_back(options.file.parent_path().empty() ? "." : options.file.parent_path());
+        folders_.emplace_back(".");
+    }
+
+    std::vector<LayerOptions> layers() const {
+        std::vector<LayerOptions> out;
+        for (const RecordedLayer& layer : recorded_.layers) {
+            LayerOptions o = layer.options;
+            for (std::string& name : o.files) name = find(name);
+            if (!o.geoid.empty()) {
+                o.geoid = find(o.geoid);
+                if (content_hash({o.geoid}).hash != layer.geoid_hash) refuse(o.geoid);
+            }
+            out.push_back(std::move(o));
+        }
+        return out;
+    }
+
+    // infos: of the recorded layers, as they were opened.
+    void check(const std::vector<LayerInfo>& infos) const {
+        for (std::size_t k = 0; k < infos.size(); ++k)
+            for (std::size_t f = 0; f < infos[k].files.size(); ++f) {
+                const FileInfo& now = infos[k].files[f];
+                const RecordedFile& then = recorded_.layers[k].files[f];
+                if (now.bytes != then.bytes || now.hash != then.hash) refuse(now.path);
+            }
+    }
+
+  private:
+    std::string find(const std::string& name) const {
+        std::string where;
+        for (const fs::path& folder : folders_) {
+            if (fs::exists(folder / name)) return (folder / name).string();
+            where += (where.empty() ? "" : ", ") + folder.string();
+        }
+        throw Error(ErrorCode::usage, file_ + ": its source " + name + " is missing: it is not in " + where +
+                                          "; name its folder with --sources");
+    }
+    [[noreturn]] void refuse(const std::string& path) const {
+        throw Error(ErrorCode::usage, path + ": has changed since " + file_ +
+                                          " was built from it; put the old one back, or build the file anew");
+    }
+
+    std::string file_;
+    std::vector<fs::path> folders_;
+    const Provenance& recorded_;
+};
+
+// What the file was built with, and the new layer.
+BuildOptions options_of(const UpdateOptions& update, const FileContents& file, const Provenance& recorded,
+                        std::vector<LayerOptions> layers) {
+    const RepositoryHeader& h = file.header();
+    BuildOptions o;
+    o.layers = std::move(layers);
+    o.layers.insert(o.layers.begin() + (update.at - 1), update.layer);
+    o.tolerance = h.tolerance;
+    o.quantum = h.quantum;
+    o.body = h.ellipsoid();
+    o.vertical_datum = h.vertical_datum;
+    o.base_height = recorded.base_height;
+    o.mode = recorded.mode;
+    o.coding = file.coding();
+    o.depth_bias = recorded.depth_bias;
+    o.max_level = recorded.max_level;
+    o.log2_cells = h.log2_cells;
+    o.certify = recorded.certify;
+    o.measure = update.measure;
+    o.threads = update.threads;
+    o.memory_bytes = update.memory_bytes;
+    o.temp = update.temp;
+    o.output = update.output.empty() ? update.file : update.output;
+    o.overwrite = update.overwrite || update.output.empty();
+    return o;
+}
+
+void check(const UpdateOptions& o, const Provenance& recorded, const BuildOptions& build) {
+    if (!build.overwrite && fs::exists(build.output))
+        throw Error(ErrorCode::usage, build.output.string() + ": exists already; --overwrite replaces it");
+    if (!o.layer.geoid.empty() && build.vertical_datum != "ellipsoid" && build.vertical_datum != "unstated")
+        throw Error(ErrorCode::usage, "heights that a geoid is added to are above the ellipsoid, not above " +
+                                          build.vertical_datum + "; a geoid must not be applied twice");
+    if (recorded.layers.empty())
+        throw Error(ErrorCode::usage, o.file.string() + ": records no sources; build it anew");
+}
+
+RefinedLevels levels_of(const FileContents& file) {
+    RefinedLevels levels;
+    for (const DiamondEntry& d : file.diamonds()) {
+        const auto level = static_cast<std::size_t>(d.id.level());
+        if (levels.size() <= level) levels.resize(level + 1);
+        levels[level].push_back(d.id);
+    }
+    return levels;
+}
+
+// Diamonds of `a` that are not in `b`.
+std::uint64_t count_missing(const RefinedLevels& a, const RefinedLevels& b) {
+    std::uint64_t n = 0;
+    for (std::size_t level = 0; level < a.size(); ++level)
+        for (const DiamondId d : a[level]) n += position_of(b, d, static_cast<int>(level)) ? 0 : 1;
+    return n;
+}
+
+std::string geoid_beneath(const std::vector<LayerOptions>& layers) {
+    return layers.empty() ? std::string() : layers.back().geoid;
+}
+
+class Update {
+  public:
+    Update(const UpdateOptions& options, const ProgressFunction& callback)
+        : update_(options),
+          callback_(callback),
+          progress_(callback),
+          file_(Repository::open(options.file)),
+          recorded_(parse_provenance(file_->header().provenance)) {}
+
+    UpdateReport run() {
+        const auto layers = static_cast<int>(recorded_.layers.size());
+        if (update_.at < 1 || update_.at > layers + 1)
+            throw Error(ErrorCode::usage, "--at " + std::to_string(update_.at) + ": the file has " +
+                                              std::to_string(layers) + " layers; 1 to " +
+                                              std::to_string(layers + 1) + " are possible");
+        BuildOptions probe;
+        probe.memory_bytes = update_.memory_bytes;
+        memory_ = memory_limit(probe);
+        check_diamonds(file_->header().refined_diamonds, memory_);
+        const FileContents contents(update_.file);
+        const OldSources old(update_, recorded_);
+        const BuildOptions build = options_of(update_, contents, recorded_, old.layers());
+        check(update_, recorded_, build);
+        const SourceStack sources(build.layers, build.body, build.base_height, share_memory(memory_).sources);
+        std::vector<LayerInfo> infos = sources.layers();
+        infos.erase(infos.begin() + (update_.at - 1));
+        old.check(infos);
+        if (build.mode != Mode::interpolating || file_->header().rms_tolerance > 0) return build_anew(build);
+        try {
+            return from_closure(build, sources, contents, old);
+        } catch (const ClosureTooLarge&) {
+            return build_anew(build);
+        }
+    }
+
+  private:
+    UpdateReport from_closure(const BuildOptions& build, const SourceStack& sources,
+                              const FileContents& contents, const OldSources& old) {
+        progress_.begin(BuildStage::planning, 0);
+        RefinedLevels levels = plan_depth(build, sources, progress_);
+        UpdateReport report;
+        if (build.certify) report.certification = certify_depth(build, sources, levels, progress_);
+        report.plan = describe_plan(sources, levels, 1 << build.log2_cells);
+        check_diamonds(report.plan.refined, memory_);
+        UpdateState state{contents, *file_, levels_of(contents), levels, {}, {}};
+        report.added = count_missing(levels, state.levels_before);
+        report.removed = count_missing(state.levels_before, levels);
+        const double quantum = *build.quantum;
+        const std::int32_t radius = quantizer_radius(build.tolerance, quantum);
+        const int n = (1 << build.log2_cells) + 1;
+        FaceHeights faces;
+        for (int face = 0; face < kFaces; ++face) {
+            const auto f = static_cast<std::size_t>(face);
+            state.roots_before[f] = file_->root(face).values;
+            faces[f] = sample_face(sources, quantum, n, face);
+        }
+        const EncodedRoots roots = encode_roots(faces, n, radius);
+        state.roots = roots.heights;
+        const OutputJob job{build, sources, quantum, radius, progress_, share_memory(memory_).heights};
+        const bool everywhere = geoid_beneath(build.layers) != geoid_beneath(old.layers());
+        const auto layer = static_cast<std::size_t>(update_.at - 1);
+        UpdateClosure closure(
+            job, state, [&](DiamondId d) { return everywhere || sources.may_touch(layer, d); },
+            share_memory(memory_).heights);
+        progress_.begin(BuildStage::coding, report.plan.refined);
+        closure.code();
+        progress_.begin(BuildStage::summarising, report.plan.refined);
+        closure.summarise();
+        progress_.begin(BuildStage::writing, report.plan.refined);
+        report.recoded = closure.recoded();
+        report.changed = closure.changed();
+        report.copied = report.plan.refined - closure.changed();
+        report.summaries = closure.summaries();
+        report.file_bytes = write_output(
+            job, report.plan, report.certification, roots, closure.diamonds(),
+            [&](std::size_t k, std::vector<std::byte>& out) { closure.blob(k, out); }, report.errors);
+        report.stage_seconds = progress_.stage_seconds();
+        return report;
+    }
+
+    UpdateReport build_anew(const BuildOptions& build) const {
+        const BuildReport built = build_repository(build, callback_);
+        UpdateReport report;
+        report.plan = built.plan;
+        report.full = true;
+        report.recoded = report.changed = built.plan.refined;
+        report.summaries = 2 * built.plan.refined;
+        report.file_bytes = built.file_bytes;
+        report.certification = built.certification;
+        report.errors = built.errors;
+        report.stage_seconds = built.stage_seconds;
+        return report;
+    }
+
+    const UpdateOptions& update_;
+    const ProgressFunction& callback_;
+    ProgressReporter progress_;
+    std::shared_ptr<const Repository> file_;
+    Provenance recorded_;
+    std::size_t memory_ = 0;
+};
+
+}  // namespace
+
+UpdateReport update_repository(const UpdateOptions& options, const ProgressFunction& progress) {
+    const auto started = std::chrono::steady_clock::now();
+    const auto threads = limit_threads(options.threads);
+    UpdateReport report = Update(options, progress).run();
+    report.peak_memory_bytes = peak_memory_bytes();
+    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return report;
+}
+
+}  // namespace carat
