@@ -35,7 +35,8 @@ Puts a layer into a file, byte for byte as if the file had been built anew with 
 Only what changes is worked out: the diamonds where the new layer has data, those whose depth changes, and those that a
 change above them reaches. All others are copied. The old sources are needed, the same files as before: they are looked
 for by name in the folders of --sources, beside the file, and in the current folder, and compared with the sizes and
-checksums that the file records. Files of modes 1 and 2, and files with an RMS tolerance, are built anew as a whole.
+checksums that the file records. Files of modes 1 and 2 are built anew as a whole; files built with
+--rms are refused, for their step hangs on all of the data.
 
 Errors at source samples that the old file records are no longer true of the new one; --measure measures them again, which takes
 as long as reading all sources. A file that was built with --certify is certified again.

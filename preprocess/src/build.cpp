@@ -1,6 +1,5 @@
 #include "carat/preprocess/build.hpp"
 
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -135,9 +134,9 @@ BuildReport run_passes(const BuildContext& context, BuildPlan plan,
     const OutputJob job{context.options, context.sources,  context.quantum,
                         context.radius,  context.progress, context.cache_bytes};
     const StoredBlobs blobs(context);
-    report.file_bytes = write_output(job, plan, certification, coded, summaries.diamonds,
-                                     [&](std::size_t k, std::vector<std::byte>& out) { blobs.read(k, out); },
-                                     report.errors);
+    report.file_bytes = write_output(
+        job, plan, certification, coded, summaries.diamonds,
+        [&](std::size_t k, std::vector<std::byte>& out) { blobs.read(k, out); }, report.errors);
     report.plan = std::move(plan);
     report.max_error = errors.max;
     report.rms_error = rms_of(errors);

@@ -104,6 +104,7 @@ std::string provenance_json(const BuildOptions& o, const BuildPlan& plan, const 
         for (const LayerShare& s : plan.shares) shares.push_back(share_json(s));
         out["shares"] = shares;
     }
+    if (o.coding.orders != Coding{}.orders) out["orders"] = o.coding.orders;
     if (o.certify) out["certify_m"] = *o.certify;
     if (certification && certification->reached())
         out["certificate"] = {{"bound_m", certification->bound}, {"samples", certification->samples}};
@@ -128,6 +129,7 @@ Provenance parse_provenance(const std::string& json) {
         out.mode = static_cast<Mode>(j.at("mode").get<int>());
         out.depth_bias = j.at("depth_bias").get<double>();
         out.max_level = j.at("max_level").get<int>();
+        out.orders = j.value("orders", Coding{}.orders);
         if (j.contains("certify_m")) out.certify = j["certify_m"].get<double>();
         if (j.contains("shares"))
             for (const Json& s : j["shares"])

@@ -82,6 +82,7 @@ BuildOptions options_of(const UpdateOptions& update, const FileContents& file, c
     o.base_height = recorded.base_height;
     o.mode = recorded.mode;
     o.coding = file.coding();
+    o.coding.orders = recorded.orders;
     o.depth_bias = recorded.depth_bias;
     o.max_level = recorded.max_level;
     o.log2_cells = h.log2_cells;
@@ -95,12 +96,16 @@ BuildOptions options_of(const UpdateOptions& update, const FileContents& file, c
     return o;
 }
 
-void check(const UpdateOptions& o, const Provenance& recorded, const BuildOptions& build) {
+void check(const UpdateOptions& o, const Provenance& recorded, const BuildOptions& build, double file_rms) {
     if (!build.overwrite && fs::exists(build.output))
         throw Error(ErrorCode::usage, build.output.string() + ": exists already; --overwrite replaces it");
     if (!o.layer.geoid.empty() && build.vertical_datum != "ellipsoid" && build.vertical_datum != "unstated")
         throw Error(ErrorCode::usage, "heights that a geoid is added to are above the ellipsoid, not above " +
                                           build.vertical_datum + "; a geoid must not be applied twice");
+    if (file_rms > 0)
+        throw Error(ErrorCode::usage, o.file.string() +
+                                          ": promises an RMS error, whose step hangs on all of the "
+                                          "data; build it anew");
     if (recorded.layers.empty())
         throw Error(ErrorCode::usage, o.file.string() + ": records no sources; build it anew");
 }
@@ -149,12 +154,12 @@ class Update {
         const FileContents contents(update_.file);
         const OldSources old(update_, recorded_);
         const BuildOptions build = options_of(update_, contents, recorded_, old.layers());
-        check(update_, recorded_, build);
+        check(update_, recorded_, build, file_->header().rms_tolerance);
         const SourceStack sources(build.layers, build.body, build.base_height, share_memory(memory_).sources);
         std::vector<LayerInfo> infos = sources.layers();
         infos.erase(infos.begin() + (update_.at - 1));
         old.check(infos);
-        if (build.mode != Mode::interpolating || file_->header().rms_tolerance > 0) return build_anew(build);
+        if (build.mode != Mode::interpolating) return build_anew(build);
         try {
             return from_closure(build, sources, contents, old);
         } catch (const ClosureTooLarge&) {

@@ -55,8 +55,8 @@ class UpdateTest : public testing::Test {
         update.layer = layer;
         update.at = at;
         update.memory_bytes = base.memory_bytes;
-        const UpdateReport report = update_repository(update);
         BuildOptions whole = base;
+        const UpdateReport report = update_repository(update);
         whole.layers.insert(whole.layers.begin() + (at - 1), layer);
         whole.output = scratch_.folder / "whole.carat";
         const BuildReport built = build_repository(whole);
@@ -147,6 +147,14 @@ TEST_F(UpdateTest, CodersBiasesAndBaseHeights) {
     BuildOptions gamma = base_;
     gamma.coding = Coding::gamma();
     expect_same(gamma, layer, 1, "gamma");
+    BuildOptions fitted = base_;
+    RangeStatistics counts;
+    for (std::size_t context = 0; context < 128; ++context)
+        for (std::size_t token = 0; token < 20; ++token) counts.add(context, token, 1000 / (token + 1));
+    fitted.coding.tables = RangeTables::fit(counts);
+    fitted.coding.orders = 0b110;
+    expect_same(fitted, layer, 1, "the file's own tables, orders 4 and 6");
+    EXPECT_TRUE(Repository::open(fitted.output)->header().fitted_tables);
     BuildOptions biased = base_;
     biased.depth_bias = 1.3;
     biased.base_height = -300;
@@ -222,6 +230,15 @@ TEST_F(UpdateTest, MissingAndChangedSourcesAreNamed) {
     std::ofstream(away / source.filename(), std::ios::app | std::ios::binary) << "x";
     const std::string changed = refusal(update);
     EXPECT_NE(changed.find(source.filename().string() + ": has changed"), std::string::npos) << changed;
+}
+
+TEST_F(UpdateTest, FilesThatPromiseAnRmsErrorAreRefused) {
+    base_.rms = 5;
+    build_repository(base_);
+    UpdateOptions update;
+    update.file = base_.output;
+    update.layer = {{raster("new.tif", rough({0, 0, 5, 5}, 20, 2))}};
+    EXPECT_NE(refusal(update).find("promises an RMS error"), std::string::npos);
 }
 
 TEST_F(UpdateTest, ImpossiblePlacesAreRefused) {

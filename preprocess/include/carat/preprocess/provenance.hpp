@@ -38,6 +38,7 @@ struct Provenance {
     std::vector<RecordedLayer> layers;
     double base_height = 0;
     Mode mode = Mode::interpolating;
+    unsigned orders = 0;  // of prediction that the encoder could choose among, Coding::orders
     double depth_bias = 0;
     int max_level = 0;
     std::optional<double> certify;   // what was asked for; certificate: what was reached

@@ -12,6 +12,7 @@
 //   opened,
 //             hashed and compared with the file's record
 //
+// A file that promises an RMS error is refused: its step hangs on all of the data.
 // Modes 1 and 2 filter from the finest level up, so that a change reaches everything above it: these files,
 // and updates whose closure does not fit into memory, are built anew as a whole (UpdateReport::full).
 #pragma once
