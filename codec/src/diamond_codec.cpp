@@ -261,6 +261,12 @@ void decode_residuals(const Coding& coding, const BlobInfo& info, std::span<cons
     std::copy(p.begin(), p.end(), out.v.begin());
     const bool gamma = (coding.coder == CoderId::gamma || info.gamma) && !blob.empty(),
                v_first = info.mode == Mode::filtered;
+    if (gamma && info.mode == Mode::interpolating) {
+        kernel::predict(p.data(), n, info.order, out.c.data());
+        s.gamma->open(blob);
+        s.gamma->add(n - 1, n - 1, info.leaf_size, 2 * radius + 1, out.c);
+        return s.gamma->finish();
+    }
     if (gamma) read_gamma_blob(info, blob, n, s);
     const auto parts = range_parts(info.mode, gamma ? std::span<const std::byte>{} : blob);
     const auto vertices = [&](std::size_t part) {

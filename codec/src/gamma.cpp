@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 
+#include "carat/codec/quantize.hpp"
 #include "gamma_code.hpp"
 #include "gamma_kernels.hpp"
 
@@ -170,6 +171,32 @@ void scatter_leaves(const std::int32_t* from, int rows, int leaf_size,
     }
 }
 
+// Of leaves inside the matrix, leaf_size wide: to[..] += step * from[..], modulo 2^32.
+template <int kLeaf>
+void add_leaf(const std::int32_t* from, std::int32_t step, std::ptrdiff_t stride, std::int32_t* to) {
+    for (int i = 0; i < kLeaf; ++i)
+        for (int j = 0; j < kLeaf; ++j)
+            to[i * stride + j] = wrapping_add(to[i * stride + j], wrapping_mul(step, from[i * kLeaf + j]));
+}
+
+void add_leaves(const std::int32_t* from, std::int32_t step, int rows, int leaf_size,
+                const std::vector<std::uint16_t>& leaves, std::int32_t* values) {
+    for (const std::uint16_t leaf : leaves) {
+        const Shape s = shape_of(leaf, leaf_size, rows);
+        std::int32_t* to = values + s.i * rows + s.j;
+        if (s.height == 2 && s.width == 2)
+            add_leaf<2>(from, step, rows, to);
+        else if (s.height == 4 && s.width == 4)
+            add_leaf<4>(from, step, rows, to);
+        else
+            for (int i = 0; i < s.height; ++i)
+                for (int j = 0; j < s.width; ++j)
+                    to[i * rows + j] =
+                        wrapping_add(to[i * rows + j], wrapping_mul(step, from[i * s.width + j]));
+        from += s.height * s.width;
+    }
+}
+
 void demand(kernel::RunEnd end) {
     if (end == kernel::RunEnd::truncated) throw Error(ErrorCode::truncated, "gamma code ends early");
     if (end == kernel::RunEnd::corrupt) throw Error(ErrorCode::corrupt, "gamma code above 2^32");
@@ -257,8 +284,7 @@ std::size_t GammaReader::read_leaves(int side, int leaf_size) {
     return leaves_.size();
 }
 
-void GammaReader::read(int rows, int side, int leaf_size, std::span<std::int32_t> values) {
-    std::fill(values.begin(), values.end(), 0);
+void GammaReader::read_sequence(int rows, int side, int leaf_size) {
     if (read_leaves(side, leaf_size) == 0) return;
     std::size_t count = leaves_.size() * static_cast<std::size_t>(leaf_size * leaf_size);
     if (rows < side) {
@@ -276,7 +302,17 @@ void GammaReader::read(int rows, int side, int leaf_size, std::span<std::int32_t
     demand(kernel::ones(run, count, ends));
     demand(kernel::suffixes(run, count, ends, sequence_.data()));
     at_ = run.at;
+}
+
+void GammaReader::read(int rows, int side, int leaf_size, std::span<std::int32_t> values) {
+    std::fill(values.begin(), values.end(), 0);
+    read_sequence(rows, side, leaf_size);
     scatter_leaves(sequence_.data(), rows, leaf_size, leaves_, values.data());
+}
+
+void GammaReader::add(int rows, int side, int leaf_size, std::int32_t step, std::span<std::int32_t> values) {
+    read_sequence(rows, side, leaf_size);
+    add_leaves(sequence_.data(), step, rows, leaf_size, leaves_, values.data());
 }
 
 void GammaReader::finish() const {

@@ -31,11 +31,14 @@ class GammaReader {
     void open(std::span<const std::byte> blob);
     // Throws Error(corrupt) for codes no encoder writes, Error(truncated) past the end.
     void read(int rows, int side, int leaf_size, std::span<std::int32_t> values);
+    // The same for a few values among many: adds step times each to what stands in `values`, modulo 2^32.
+    void add(int rows, int side, int leaf_size, std::int32_t step, std::span<std::int32_t> values);
     // Throws Error(corrupt) unless all but the zero padding of the last byte was read.
     void finish() const;
 
   private:
     std::size_t read_leaves(int side, int leaf_size);
+    void read_sequence(int rows, int side, int leaf_size);
     std::uint64_t peek() const;
     void demand_inside() const;
 
