@@ -1,8 +1,11 @@
 // Which pictures a render is asked for, and how they become one.
 #pragma once
 
+#include <array>
 #include <string>
 
+#include "carat/globe/ellipsoid.hpp"
+#include "carat/render/draw_list.hpp"
 #include "carat/vulkan/renderer.hpp"
 
 namespace carat::cli {
@@ -10,19 +13,34 @@ namespace carat::cli {
 // Whether a picture written under this name is linear and without bound.
 bool is_exr(const std::string& path);
 
+// What was drawn: the numbers behind the pixels.
+struct Scene {
+    const DrawList& list;
+    const Camera& camera;
+    const Ellipsoid& body;
+    double unit = 0;  // metres, of the camera's eye
+};
+
 class AovList {
   public:
-    // Names separated by commas: color, depth, normal, position, height, level. Throws Error(usage).
+    // Names separated by commas: color, depth, normal, position, height, latlon, error, level, source. Throws
+    // Error(usage).
     static AovList parse(const std::string& text);
 
     // Throws Error(usage) if the file's format cannot hold them.
     void check_output(const std::string& path) const;
     Aovs wanted() const;
-    // All channels in one picture, to be written to `path`; see the help of carat render.
-    Picture assemble(const Frame& frame, const std::string& path) const;
+    // All channels in one picture, to be written to `path`, with the camera in its attributes; see the help
+    // of carat render.
+    Picture assemble(const Frame& frame, const Scene& scene, const std::string& path) const;
 
   private:
-    bool colour_ = true, depth_ = false, normal_ = false, position_ = false, height_ = false, level_ = false;
+    enum Kind { color, depth, normal, position, height, latlon, error, level, source, kinds };
+    static constexpr std::array<const char*, kinds> kNames{"color",  "depth", "normal", "position", "height",
+                                                           "latlon", "error", "level",  "source"};
+    bool has(Kind kind) const { return wanted_[kind]; }
+
+    std::array<bool, kinds> wanted_{true};
 };
 
 }  // namespace carat::cli

@@ -88,11 +88,13 @@ class Pilot {
         : o_(o),
           body_(file->header().ellipsoid()),
           flight_(body_, path_of(o, file).keyframes),
-          refiner_(file, o.refiner),
+          draped_(draped_colours(o.look)),
+          refiner_(file, refiner_options(o, draped_)),
           sink_(o.output, o.fps, o.overwrite, o.format),
           stats_(o.stats, file->file_bytes(), o.fps, budget().milliseconds, o.goal.threshold) {
         RendererOptions options = o.renderer;
         options.cells = file->header().cells();
+        options.coloured = draped_ != nullptr;
         renderer_ = std::make_unique<Renderer>(body_, length_unit(body_), options);
         if (const auto colours = chosen_colours(o.look)) renderer_->set_colours(*colours);
     }
@@ -137,6 +139,11 @@ class Pilot {
     }
 
   private:
+    static RefinerOptions refiner_options(const Options& o, std::shared_ptr<const ColourRepository> colour) {
+        RefinerOptions options = o.refiner;
+        options.colour = std::move(colour);
+        return options;
+    }
     RefineBudget budget() const {
         RefineBudget budget;
         if (!o_.budget) return budget;
@@ -159,6 +166,7 @@ class Pilot {
     const Options& o_;
     Ellipsoid body_;
     Flight flight_;
+    std::shared_ptr<const ColourRepository> draped_;
     Refiner refiner_;
     FrameSink sink_;
     FlightStats stats_;

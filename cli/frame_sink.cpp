@@ -25,7 +25,7 @@ std::string shell_quoted(const std::string& text) {
 
 // Without coverage, which a film and a PNG of it have no use for.
 Picture opaque(const Picture& p) {
-    Picture out{p.width, p.height, {"R", "G", "B"}, {}};
+    Picture out{p.width, p.height, {"R", "G", "B"}, {}, {}};
     out.values.reserve(p.values.size() / p.channels.size() * 3);
     for (std::size_t k = 0; k < p.values.size(); k += p.channels.size())
         out.values.insert(out.values.end(), {p.values[k], p.values[k + 1], p.values[k + 2]});

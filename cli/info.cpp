@@ -10,6 +10,7 @@
 #include "carat/codec/verify.hpp"
 #include "carat/globe/error.hpp"
 #include "carat/preprocess/measure.hpp"
+#include "colour_files.hpp"
 #include "commands.hpp"
 #include "error_report.hpp"
 #include "text.hpp"
@@ -196,6 +197,10 @@ void print_source_errors(Json& provenance) {
 }
 
 int run(const Options& o) {
+    if (is_colour_file(o.file)) {
+        print_colour_info(o.file, o.json, o.header_only);
+        return kSuccess;
+    }
     const auto repository = Repository::open(o.file);
     Json json = header_json(o.file, *repository);
     FileCensus census;

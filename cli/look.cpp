@@ -70,6 +70,10 @@ std::optional<ColourTable> chosen_colours(const Look& look) {
     return read_colours(look.colours);
 }
 
+std::shared_ptr<const ColourRepository> draped_colours(const Look& look) {
+    return look.color.empty() ? nullptr : ColourRepository::open(look.color);
+}
+
 void add_look_options(CLI::App& sub, Look& o) {
     const char* group = "Light and colour";
     const auto sun = add_value(sub, "--sun", "AZ,EL", "Direction of the light seen from the eye, degrees",
@@ -84,6 +88,9 @@ void add_look_options(CLI::App& sub, Look& o) {
                   o.time = text;
               })
         ->excludes(sun)
+        ->group(group);
+    sub.add_option("--color", o.color, "A colour file of carat build --color, draped over the relief")
+        ->type_name("FILE")
         ->group(group);
     sub.add_option("--colors", o.colours,
                    "earth, moon, mars, grey, or a colour file of GDAL or GMT (default: by the body)")

@@ -3,9 +3,11 @@
 
 #include <CLI/App.hpp>
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 
+#include "carat/codec/colour.hpp"
 #include "carat/render/view.hpp"
 #include "carat/vulkan/renderer.hpp"
 
@@ -15,6 +17,7 @@ struct Look {
     std::array<double, 3> background{};        // sRGB, 0 to 255
     std::optional<std::array<double, 2>> sun;  // azimuth, elevation seen from the eye, degrees
     std::string time;                          // UTC; empty: the sun stands still
+    std::string color;                         // a colour file to drape; empty: none
     std::string colours;                       // a body's name or a file; empty: those of the body
     std::optional<double> relief;              // factor on slopes, for shading
     Tone tone = Tone::none;                    // of 8-bit pictures
@@ -27,6 +30,9 @@ struct Look {
 
 // --colors; null where none are asked for. Throws what read_colours() throws.
 std::optional<ColourTable> chosen_colours(const Look& look);
+
+// --color; null without. Throws what ColourRepository::open() throws.
+std::shared_ptr<const ColourRepository> draped_colours(const Look& look);
 
 void add_look_options(CLI::App& sub, Look& look);
 

@@ -14,6 +14,7 @@
 #include "carat/codec/surface.hpp"
 #include "carat/globe/error.hpp"
 #include "carat/globe/locate.hpp"
+#include "colour_files.hpp"
 #include "commands.hpp"
 #include "points.hpp"
 #include "text.hpp"
@@ -44,6 +45,9 @@ Output one line for each place, in the order of the input, after a first line wi
   spacing_m  distance between samples there
   bound_m    greatest possible |height - source|: the tolerance if the place is a sample, otherwise empty
   measured   "measured": the height comes from the file's data
+
+Of a colour file the lines are "lat,lon,red,green,blue,spacing_m,bound,measured", channels 0 to 255, and bound is the greatest
+error of a channel if the place is a sample.
 
 Examples:
   carat query earth.carat 27.9881 86.9250
@@ -141,8 +145,27 @@ void check(const Options& o) {
         throw Error(ErrorCode::usage, "query: give either LAT LON or --points");
 }
 
+// Colours instead of heights.
+int run_colour(const Options& o) {
+    Input input(o);
+    const auto file = ColourRepository::open(o.file, o.memory_bytes);
+    if (o.json)
+        fmt::print("{{\n  \"file\": {},\n  \"points\": [", Json(o.file).dump());
+    else if (!o.no_header)
+        fmt::print("{}\n", kColourColumns);
+    bool first = true;
+    for (Points points = input.next(); points.size() > 0; points = input.next()) {
+        print_colours(*file, points, o.json, first);
+        first = false;
+    }
+    if (o.json) fmt::print("\n  ]\n}}\n");
+    if (std::fflush(stdout) != 0) throw Error(ErrorCode::io, "stdout: cannot be written");
+    return kSuccess;
+}
+
 int run(const Options& o, const Globals& globals) {
     check(o);
+    if (is_colour_file(o.file)) return run_colour(o);
     Input input(o);
     const auto file = Repository::open(o.file);
     const RepositoryHeader& h = file->header();

@@ -55,13 +55,17 @@ whatever it says.
 
 Pictures: .png (and others that OpenImageIO writes), 8 bits sRGB; .exr, linear. --aov needs .exr: all in one file,
 channels R G B A (color, A is coverage), Z (depth, metres along the view axis), position.X Y Z (metres from the eye,
-body axes), normal.X Y Z (body axes), height.Y (metres above the datum), level.Y (-1: background). --stats holds the eye and the axes of the camera.
+body axes), normal.X Y Z (body axes), height.Y (metres above the datum), latlon.lat lon lat_low lon_low (degrees; the sums lat
++ lat_low and lon + lon_low are good to 1e-12), error.pixels and error.metres (bounds of the patch's distance from the
+surface), level.Y (-1: background), source.Y (0 measured, 1 interpolated below the file's samples, -1 background). Samples at
+pixel centres, 32-bit but for color. The header holds worldToCamera and worldToNDC (body axes from the eye, row vectors),
+the eye as carat:origin, and units. --stats holds the camera too.
 
 Examples:
   carat render earth.carat --eye 20,10,16e6 --size 1280x720 -o globe.png
   carat render earth.carat --eye -33.4,-70.6,9000 --heading 75 --pitch -8 --size 1920x1080 --error 1 -o andes.png
   carat render earth.carat --eye 36.3,-118.2,6000 --heading 300 --pitch -10 --sun 250,12 --stats cost.json -o dusk.exr
-  carat render earth.carat --eye 46.6,7.95,4500 --pitch -12 --aov color,depth,position -o layers.exr)";
+  carat render earth.carat --eye 46.6,7.95,4500 --pitch -12 --aov color,depth,position,latlon -o layers.exr)";
 
 void add_view_options(CLI::App& sub, Options& o) {
     const char* group = "View";
@@ -96,7 +100,8 @@ void add_view_options(CLI::App& sub, Options& o) {
 void add_output_options(CLI::App& sub, Options& o) {
     const char* group = "Output";
     sub.add_option("-o,--output", o.output, "The picture: .png, .exr, ...")->required()->group(group);
-    add_value(sub, "--aov", "LIST", "Of color, depth, normal, position, height, level (default color)",
+    add_value(sub, "--aov", "LIST",
+              "Of color, depth, normal, position, height, latlon, error, level, source (default color)",
               [&o](const std::string& text) { o.aovs = AovList::parse(text); })
         ->group(group);
     sub.add_option("--stats", o.stats, "Counters and times as JSON")->type_name("OUT.json")->group(group);
@@ -144,20 +149,22 @@ int run(Options o, const Globals& globals) {
     const Ellipsoid body = file->header().ellipsoid();
     const View view(body, o.view);
     const auto colours = chosen_colours(o.look);
+    const auto draped = draped_colours(o.look);
     DrawRequest request = draw_request(o.look, o.view, view, body);
     request.aovs = o.aovs.wanted();
     warn_about_eye(file, o.view);
 
     RenderStats stats;
     o.renderer.cells = file->header().cells();
+    o.renderer.coloured = draped != nullptr;
     Renderer renderer(body, view.unit(), o.renderer);
     if (colours) renderer.set_colours(*colours);
     stats.device = renderer.device_name();
-    const DrawList list = converged_cut(*file, view, o.error, o.spacing);
+    const DrawList list = converged_cut(*file, view, o.error, o.spacing, draped);
     Frame frame = renderer.draw(request, list.meshes);
     for (const std::string& message : renderer.messages()) throw Error(ErrorCode::io, "Vulkan: " + message);
     if (!is_exr(o.output)) tone_map(frame.colour, o.look.tone);
-    write_picture(o.output, o.aovs.assemble(frame, o.output));
+    write_picture(o.output, o.aovs.assemble(frame, {list, request.camera, body, view.unit()}, o.output));
 
     stats.camera = request.camera;
     stats.unit = view.unit();

@@ -11,6 +11,7 @@
 #include "against.hpp"
 #include "carat/globe/error.hpp"
 #include "carat/preprocess/measure.hpp"
+#include "colour_files.hpp"
 #include "commands.hpp"
 #include "error_report.hpp"
 #include "interrupt.hpp"
@@ -163,6 +164,10 @@ VerifyReport verify(const Options& o, Progress& progress) {
 
 int run(const Options& o, bool against, const Globals& globals) {
     catch_interrupts();
+    if (is_colour_file(o.file)) {
+        if (against) throw Error(ErrorCode::usage, o.file + ": --against is for relief");
+        return verify_colour(o.file, o.verify, o.json) ? kSuccess : kFailure;
+    }
     Progress diamonds("diamonds", globals.quiet);
     const VerifyReport report = verify(o, diamonds);
     diamonds.finish();

@@ -17,23 +17,27 @@ import sys
 
 RADIUS = {"earth": 6371000.0, "moon": 1737400.0, "mars": 3389500.0}
 
-# name, latitude, longitude, heading, distance and height above ground of the eye in metres, coarsest useful spacing in metres
+# name, latitude, longitude, heading, distance and height above ground of the eye in metres, coarsest useful spacing in metres,
+# the sun's azimuth relative to the heading and elevation in degrees
 PLACES = {
     "earth": [
-        ("himalaya", 27.99, 86.93, 15, 350e3, 120e3, 20e3),
-        ("andes", -32.65, -70.01, 80, 350e3, 110e3, 20e3),
-        ("sierra-nevada", 36.5785, -118.292, 265, 22e3, 2000, 500),
+        ("himalaya", 27.99, 86.93, 15, 350e3, 120e3, 20e3, 285, 24),
+        ("andes", -32.65, -70.01, 80, 350e3, 110e3, 20e3, 285, 24),
+        ("sierra-nevada-sunset", 36.5785, -118.292, 245, 22e3, 2600, 500, 65, 6),
     ],
-    "moon": [("tycho", -43.3, -11.2, 10, 250e3, 90e3, 8e3)],
+    "moon": [("tycho", -43.3, -11.2, 10, 250e3, 90e3, 8e3, 285, 24)],
     "mars": [
-        ("valles-marineris", -13.9, -59.2, 285, 600e3, 150e3, 40e3),
-        ("olympus-mons", 18.65, -133.8, 330, 900e3, 300e3, 40e3),
+        ("valles-marineris", -13.9, -59.2, 285, 600e3, 150e3, 40e3, 285, 18),
+        ("olympus-mons", 18.65, -133.8, 330, 900e3, 300e3, 40e3, 285, 24),
     ],
 }
 
-FROM_SPACE = ["--sun=290,55"]
-SKY = ["--background=142,176,214"]
-SKY_CEILING = 30e3  # metres: from above, the sky is black
+FROM_SPACE = ["--sun=290,50"]
+# What the light of a body wants, besides the sun.
+LIGHT = {
+    "earth": ["--sky", "--water", "--tone=aces"],
+    "mars": ["--sky", "--tone=aces"],
+}
 
 
 @dataclasses.dataclass
@@ -61,7 +65,11 @@ class Planet:
     def __init__(self, carat, file, body):
         self.carat, self.file = carat, file
         self.radius = RADIUS.get(body, RADIUS["earth"])
-        self.sky = SKY if body in ("earth", "synthetic") else []
+        self.light = LIGHT.get("earth" if body == "synthetic" else body, [])
+
+    def exposed(self, exposure):
+        """The light's options; where air dims the sun, brighter by a factor."""
+        return self.light + ([f"--exposure={exposure}"] if self.light else [])
 
     def query(self, places):
         """[(height, spacing)] in metres at [(latitude, longitude)]."""
@@ -78,19 +86,19 @@ class Planet:
         m = l + math.atan2(math.sin(b) * math.sin(angle) * math.cos(p), math.cos(angle) - math.sin(p) * math.sin(q))
         return math.degrees(q), (math.degrees(m) + 540) % 360 - 180
 
-    def look_at(self, name, lat, lon, heading, distance, height):
+    def look_at(self, name, lat, lon, heading, distance, height, sun=285, elevation=24):
         """A view from behind the place, the eye so high above both grounds, the place in the middle."""
         eye = self.away(lat, lon, heading + 180, distance)
         (ground, _), (below, _) = self.query([(lat, lon), eye])
         eye_height = max(ground, below) + height
         drop = eye_height - ground + distance**2 / (2 * self.radius)
-        light = [f"--sun={(heading + 285) % 360:.0f},24"] + (self.sky if eye_height < SKY_CEILING else [])
+        light = [f"--sun={(heading + sun) % 360:.0f},{elevation}"] + self.exposed(2.5)
         pitch = -math.degrees(math.atan2(drop, distance))
         return View(name, *eye, eye_height, heading, pitch, look=tuple(light))
 
     def from_space(self, name, lat, lon, height, fov):
         """A view straight down; height in radii."""
-        return View(name, lat, lon, height * self.radius, fov=fov, look=tuple(FROM_SPACE))
+        return View(name, lat, lon, height * self.radius, fov=fov, look=tuple(FROM_SPACE + self.exposed(1.5) + ["--relief=3"]))
 
 
 @dataclasses.dataclass
@@ -143,9 +151,9 @@ def main():
     views = space_views(planet, regions[0].lon if regions else -100.0)
     for region in regions:
         views += region_views(planet, region)
-    for name, lat, lon, heading, distance, height, needed in PLACES.get(body, []):
+    for name, lat, lon, heading, distance, height, needed, sun, elevation in PLACES.get(body, []):
         if planet.query([(lat, lon)])[0][1] <= needed:
-            views.append(planet.look_at(name, lat, lon, heading, distance, height))
+            views.append(planet.look_at(name, lat, lon, heading, distance, height, sun, elevation))
     print("\n".join(view.options() for view in views))
 
     goal = views[-1]

@@ -158,9 +158,10 @@ void visit_zero_diamonds(PageKey key, int end_level, const std::function<void(Di
                                 end_level, visit);
 }
 
-FileCensus take_census(const std::filesystem::path& file) {
-    const std::unique_ptr<ByteSource> source = open_file(file);
-    const FileStructure structure(*source);
+FileCensus take_census(const std::filesystem::path& file) { return take_census(*open_file(file)); }
+
+FileCensus take_census(const ByteSource& source) {
+    const FileStructure structure(source);
     FileCensus census = structure.empty_census();
     for (const PartEntry& e : structure.parts()) count(census, e, structure.part(e));
     return census;

@@ -223,8 +223,8 @@ class Decoding {
           findings_(findings),
           report_(report) {}
 
-    void run(const std::filesystem::path& file) {
-        const Surface surface(Repository::open(file), options_.memory_bytes);
+    void run(std::unique_ptr<ByteSource> source) {
+        const Surface surface(Repository::open(std::move(source)), options_.memory_bytes);
         int threads =
             options_.threads > 0 ? options_.threads : static_cast<int>(std::thread::hardware_concurrency());
         threads = std::clamp<int>(threads, 1, 256);
@@ -296,10 +296,14 @@ void compare_with_header(const FileStructure& structure, const FileCensus& censu
 }  // namespace
 
 VerifyReport verify_file(const std::filesystem::path& file, const VerifyOptions& options) {
+    return verify_source([&] { return open_file(file); }, options);
+}
+
+VerifyReport verify_source(const OpenSource& open, const VerifyOptions& options) {
     const auto begin = std::chrono::steady_clock::now();
     VerifyReport report;
     Findings findings(options.damage_limit);
-    const std::unique_ptr<ByteSource> source = open_file(file);
+    const std::unique_ptr<ByteSource> source = open();
     std::optional<FileStructure> structure;
     try {
         structure.emplace(*source);
@@ -313,7 +317,7 @@ VerifyReport verify_file(const std::filesystem::path& file, const VerifyOptions&
         report.census = structure->empty_census();
         std::vector<PartEntry> sound = PageCheck(*structure, findings, report.census).run();
         compare_with_header(*structure, report.census, findings);
-        Decoding(*structure, std::move(sound), options, findings, report).run(file);
+        Decoding(*structure, std::move(sound), options, findings, report).run(open());
     }
     findings.tell(report);
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

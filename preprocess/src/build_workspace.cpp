@@ -50,6 +50,7 @@ Json layer_inputs(const LayerOptions& o, const LayerInfo& info) {
              {"resampling", to_string(o.resampling)},
              {"band", o.band},
              {"latitude", static_cast<int>(o.latitude)}};
+    if (o.colour_component) out["colour_component"] = *o.colour_component;
     if (o.nodata) out["nodata"] = std::to_string(*o.nodata);
     if (o.valid_range) out["valid_range"] = *o.valid_range;
     if (o.bounds) out["bounds"] = *o.bounds;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "carat/globe/error.hpp"
+#include "colour_raster.hpp"
 #include "gdal_raster.hpp"
 #include "image_raster.hpp"
 
@@ -77,6 +78,7 @@ void RasterFile::read(const PixelWindow& window, void* samples, std::uint8_t* va
 
 std::unique_ptr<RasterFile> RasterFile::open(const std::string& path, const LayerOptions& options,
                                              HandlePool& handles, std::vector<std::string>& warnings) {
+    if (options.colour_component) return open_colour_raster(path, options, handles, warnings);
     try {
         return open_gdal_raster(path, options, handles, warnings);
     } catch (const Error& error) {

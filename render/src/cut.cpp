@@ -28,14 +28,15 @@ enum class Outcome : std::uint8_t {
 
 class Selection {
   public:
-    Selection(const Repository& repository, const Visibility& visibility, double threshold, double spacing)
+    Selection(const Repository& repository, const Visibility& visibility, double threshold, double spacing,
+              const ColourRepository* colour)
         : repository_(repository),
           visibility_(visibility),
           threshold_(threshold),
           spacing_(spacing),
           cells_(repository.header().cells()),
           deepest_(deepest_refinable_level(repository.header().log2_cells)),
-          survey_(repository, visibility.body()),
+          survey_(repository, visibility.body(), colour),
           graph_(repository) {}
 
     Cut run() {
@@ -94,6 +95,7 @@ class Selection {
         const Judgement j = carat::judge(visibility_, threshold_, spacing_, bounds);
         h.culled = j.culled;
         h.error = j.error;
+        h.delta = bounds.delta;
         return j.demands;
     }
 
@@ -166,11 +168,11 @@ class Selection {
     }
 
     FrontierHalf frontier_half(CutHalf& h) {
-        if (h.culled != Culled::none) return {h.half(), h.culled, !h.in_file, 0, {}};
+        if (h.culled != Culled::none) return {h.half(), h.culled, !h.in_file, 0, 0, {}};
         ++counters_.patches;
         counters_.worst_error = std::max(counters_.worst_error, h.error);
         if (h.error > threshold_) ++counters_.limited;
-        return {h.half(), Culled::none, !h.in_file, h.error, std::move(h.heights)};
+        return {h.half(), Culled::none, !h.in_file, h.error, h.delta, std::move(h.heights)};
     }
 
     const Repository& repository_;
@@ -191,11 +193,12 @@ double leaf_delta(const Ellipsoid& body, const Half& half, const HalfRange& rang
         .of_heights(std::max(std::abs(range.min), std::abs(range.max)), range.triangle_range);
 }
 
-Cut select_cut(const Repository& repository, const Visibility& visibility, double threshold, double spacing) {
+Cut select_cut(const Repository& repository, const Visibility& visibility, double threshold, double spacing,
+               const ColourRepository* colour) {
     if (!(threshold > 0)) throw Error(ErrorCode::usage, "the threshold on screen must be positive");
     if (!(spacing >= 0)) throw Error(ErrorCode::usage, "the spacing on screen must not be negative");
     const ReadCounters before = repository.counters();
-    Cut cut = Selection(repository, visibility, threshold, spacing).run();
+    Cut cut = Selection(repository, visibility, threshold, spacing, colour).run();
     cut.counters.read = difference(repository.counters(), before);
     return cut;
 }

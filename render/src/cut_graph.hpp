@@ -20,7 +20,7 @@ struct CutHalf {
     bool exists = false;
     bool in_file = false;  // the file holds it: level 0, or its parent is refined by the file
     Culled culled = Culled::none;
-    double error = 0;
+    double error = 0, delta = 0;
     HalfHeights heights;  // empty until the parent is decoded, and once this diamond is
 
     Half half() const;

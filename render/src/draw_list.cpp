@@ -8,12 +8,15 @@
 
 namespace carat {
 
-DrawList build_draw_list(const RepositoryHeader& header, const Ellipsoid& body, Cut cut) {
+DrawList build_draw_list(const RepositoryHeader& header, const Ellipsoid& body, Cut cut,
+                         std::shared_ptr<const ColourRepository> colour) {
     DrawList list{{}, cut.counters};
     const Stopwatch watch(list.counters.build_ms);
     std::erase_if(cut.frontier, [](const FrontierHalf& h) { return h.culled != Culled::none; });
 
-    const PatchBuilder builder(body, header.quantum, header.cells());
+    for (const FrontierHalf& h : cut.frontier) list.facts.push_back({h.error, h.delta, h.is_virtual});
+
+    const PatchBuilder builder(body, header.quantum, header.cells(), std::move(colour));
     std::vector<std::shared_ptr<PatchMesh>> patches(cut.frontier.size());
     tbb::parallel_for(std::size_t{0}, patches.size(), [&](std::size_t k) {
         patches[k] = builder.build(cut.frontier[k].half, cut.frontier[k].heights);
@@ -24,14 +27,26 @@ DrawList build_draw_list(const RepositoryHeader& header, const Ellipsoid& body, 
     return list;
 }
 
-DrawList converged_cut(const Repository& repository, const View& view, double threshold, double spacing) {
+void check_colours_fit(const ColourRepository& colour, const RepositoryHeader& relief) {
+    const RepositoryHeader& c = colour.header();
+    if (c.body_a != relief.body_a || c.body_b != relief.body_b)
+        throw Error(ErrorCode::usage, "the colours are of another body than the relief");
+    if (c.n() != relief.n())
+        throw Error(ErrorCode::usage, "the colours have patches of " + std::to_string(c.cells()) +
+                                          " cells a side, the relief of " + std::to_string(relief.cells()));
+}
+
+DrawList converged_cut(const Repository& repository, const View& view, double threshold, double spacing,
+                       std::shared_ptr<const ColourRepository> colour) {
     const RepositoryHeader& header = repository.header();
     const Ellipsoid body = header.ellipsoid();
     if (view.unit() != length_unit(body))
         throw Error(ErrorCode::usage, "the view is of another body than the file");
+    if (colour) check_colours_fit(*colour, header);
     const Visibility visibility(view, body, header.min_height * header.quantum,
                                 header.max_height * header.quantum, threshold);
-    return build_draw_list(header, body, select_cut(repository, visibility, threshold, spacing));
+    Cut cut = select_cut(repository, visibility, threshold, spacing, colour.get());
+    return build_draw_list(header, body, std::move(cut), std::move(colour));
 }
 
 }  // namespace carat

@@ -8,23 +8,29 @@
 
 namespace carat {
 
-HalfSurvey::HalfSurvey(const Repository& repository, const Ellipsoid& body)
+HalfSurvey::HalfSurvey(const Repository& repository, const Ellipsoid& body, const ColourRepository* colour)
     : repository_(repository),
+      colour_(colour),
       body_(body),
       cells_(repository.header().cells()),
       quantum_(repository.header().quantum),
       rounding_(length_unit(body_) * (std::numbers::sqrt3 / 2 + kPositionRounding)) {}
 
+double HalfSurvey::spacing(const Half& half, bool refined_by_file) const {
+    if (!refined_by_file && (colour_ == nullptr || !colour_->refined(half.diamond))) return 0;
+    return sample_spacing(body_, half.diamond, cells_);
+}
+
 HalfBounds HalfSurvey::by_summary(const Half& half, bool refined_by_file) const {
     const HalfSummary s = repository_.summary(half);
     return {half_volume(body_, half, s.min_height, s.max_height, rounding_), s.delta + rounding_,
-            refined_by_file ? sample_spacing(body_, half.diamond, cells_) : 0};
+            spacing(half, refined_by_file)};
 }
 
 HalfBounds HalfSurvey::by_heights(const Half& half, const HalfHeights& heights) const {
     const HalfRange range = half_range(heights, cells_, quantum_);
     return {half_volume(body_, half, range.min, range.max, rounding_),
-            leaf_delta(body_, half, range, cells_) + rounding_, 0};
+            leaf_delta(body_, half, range, cells_) + rounding_, spacing(half, false)};
 }
 
 HalfFacts HalfSurvey::facts(const Half& half, bool in_file, bool refined_by_file,
@@ -51,7 +57,7 @@ Judgement judge(const Visibility& visibility, double threshold, double spacing, 
         const Judgement j = judge(visibility, threshold, spacing, *facts.stored);
         if (!j.demands || !facts.own) return j;
     }
-    Judgement j = judge(visibility, threshold, 0, *facts.own);
+    Judgement j = judge(visibility, threshold, spacing, *facts.own);
     j.demands = j.demands && may_refine;
     return j;
 }

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "carat/codec/colour.hpp"
 #include "carat/codec/repository.hpp"
 #include "carat/render/half_heights.hpp"
 #include "carat/render/visibility.hpp"
@@ -13,7 +14,7 @@ namespace carat {
 struct HalfBounds {
     HalfVolume volume;
     double delta = 0;    // of the distance between patch and S, the rounding of vertices included
-    double spacing = 0;  // of samples, in the mean; 0 if the file has no finer ones
+    double spacing = 0;  // of samples, in the mean; 0 if neither the file nor its colours have finer ones
 };
 
 struct HalfFacts {
@@ -30,7 +31,8 @@ struct Judgement {
 // Makes HalfFacts of one file. Thread-safe.
 class HalfSurvey {
   public:
-    HalfSurvey(const Repository& repository, const Ellipsoid& body);
+    // colour, if not null, has samples of its own: bounds have their spacing where it is finer than the file.
+    HalfSurvey(const Repository& repository, const Ellipsoid& body, const ColourRepository* colour = nullptr);
 
     HalfBounds by_summary(const Half& half, bool refined_by_file) const;
     HalfBounds by_heights(const Half& half, const HalfHeights& heights) const;
@@ -40,7 +42,10 @@ class HalfSurvey {
     double rounding() const { return rounding_; }
 
   private:
+    double spacing(const Half& half, bool refined_by_file) const;
+
     const Repository& repository_;
+    const ColourRepository* colour_;
     Ellipsoid body_;
     int cells_;
     double quantum_, rounding_;

@@ -8,8 +8,9 @@
 
 namespace carat {
 
-PatchBuilder::PatchBuilder(const Ellipsoid& body, double quantum, int cells)
-    : body_(body), quantum_(quantum), unit_(length_unit(body)), cells_(cells) {}
+PatchBuilder::PatchBuilder(const Ellipsoid& body, double quantum, int cells,
+                           std::shared_ptr<const ColourRepository> colour)
+    : body_(body), quantum_(quantum), unit_(length_unit(body)), cells_(cells), colour_(std::move(colour)) {}
 
 std::shared_ptr<PatchMesh> PatchBuilder::build(const Half& half, const HalfHeights& heights) const {
     assert(heights.size() == half_vertex_count(cells_));
@@ -36,6 +37,10 @@ std::shared_ptr<PatchMesh> PatchBuilder::build(const Half& half, const HalfHeigh
         build_vertices(shape, heights.whole, out->vertices.data());
     else
         build_vertices(shape, heights.fine, out->vertices.data());
+    if (colour_) {
+        out->colours.resize(heights.size());
+        colour_->sample(half, out->colours);
+    }
     return out;
 }
 

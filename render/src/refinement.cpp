@@ -9,19 +9,24 @@ namespace carat {
 std::uint64_t bytes_of(const ChildHalf& child) {
     std::uint64_t bytes = sizeof(ChildHalf) + sizeof(HalfFacts);
     if (child.heights) bytes += child.heights->bytes();
-    if (child.mesh) bytes += child.mesh->vertices.size() * sizeof(PatchVertex);
+    if (child.mesh)
+        bytes += child.mesh->vertices.size() * sizeof(PatchVertex) +
+                 child.mesh->colours.size() * sizeof(child.mesh->colours[0]);
     return bytes;
 }
 
-RefinementMaker::RefinementMaker(const Repository& repository, const Ellipsoid& body)
+RefinementMaker::RefinementMaker(const Repository& repository, const Ellipsoid& body,
+                                 const std::shared_ptr<const ColourRepository>& colour)
     : repository_(repository),
-      survey_(repository, body),
-      builder_(body, repository.header().quantum, repository.header().cells()),
+      survey_(repository, body, colour.get()),
+      builder_(body, repository.header().quantum, repository.header().cells(), colour),
       cells_(repository.header().cells()),
-      deepest_(deepest_refinable_level(repository.header().log2_cells)) {}
+      deepest_(deepest_refinable_level(repository.header().log2_cells)),
+      coloured_(colour != nullptr) {}
 
 std::uint64_t RefinementMaker::mesh_bytes() const {
-    return std::uint64_t{half_vertex_count(cells_)} * sizeof(PatchVertex);
+    return std::uint64_t{half_vertex_count(cells_)} *
+           (sizeof(PatchVertex) + (coloured_ ? sizeof(std::uint32_t) : 0));
 }
 
 void RefinementMaker::add_facts(ChildHalf& child, bool in_file, int level) const {

@@ -54,7 +54,9 @@ struct WorkTimes {
 // Thread-safe.
 class RefinementMaker {
   public:
-    RefinementMaker(const Repository& repository, const Ellipsoid& body);
+    // colour: null for none; must outlive this, as the repository must.
+    RefinementMaker(const Repository& repository, const Ellipsoid& body,
+                    const std::shared_ptr<const ColourRepository>& colour = nullptr);
 
     // The two halves of a face.
     std::array<ChildHalf, 2> face(int face) const;
@@ -72,6 +74,7 @@ class RefinementMaker {
     HalfSurvey survey_;
     PatchBuilder builder_;
     int cells_, deepest_;
+    bool coloured_;
 };
 
 }  // namespace carat

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "carat/globe/error.hpp"
+#include "carat/render/draw_list.hpp"
 #include "refiner_state.hpp"
 #include "stopwatch.hpp"
 #include "thread_priority.hpp"
@@ -37,10 +38,11 @@ Refiner::State::State(std::shared_ptr<const Repository> repository, const Refine
       cells_(repository_->header().cells()),
       unit_(length_unit(body_)),
       read_before_(repository_->counters()),
-      maker_(*repository_, body_),
+      maker_(*repository_, body_, options.colour),
       graph_(maker_),
       seams_(cells_),
       pool_(worker_count(options.threads), lower_thread_priority) {
+    if (options.colour) check_colours_fit(*options.colour, repository_->header());
     for (const auto& n : graph_.nodes())
         for (const LiveHalf& h : n->halves) live_bytes_ += bytes_of(h.data);
 }

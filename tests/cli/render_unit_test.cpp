@@ -113,6 +113,115 @@ TEST_F(Render, StatisticsAreJson) {
         EXPECT_TRUE(stats.at("milliseconds").contains(key)) << key;
 }
 
+// The header's matrices bring every position to its own pixel; heights are those that carat query gives at
+// the place, within the stated bound of the patch and what a slope of 1 makes of it.
+TEST_F(Render, AovsAgreeWithEachOtherAndWithQueries) {
+    CARAT_NEEDS_VULKAN();
+    for (const char* view : {"--eye 30,60,2e6", "--eye 30,60,9000 --heading 40 --pitch -20"}) {
+        SCOPED_TRACE(view);
+        ASSERT_EQ(carat(std::string("render -q a.carat --size 47x31 --overwrite -o a.exr --aov "
+                                    "depth,normal,position,height,latlon,error,level,source ") +
+                        view)
+                      .exit,
+                  0);
+        const Image image = read_image(path("a.exr"));
+        const auto in = OIIO::ImageInput::open(path("a.exr").string());
+        float camera[16], ndc[16];
+        ASSERT_TRUE(in->spec().getattribute("worldtocamera", OIIO::TypeMatrix, camera));
+        ASSERT_TRUE(in->spec().getattribute("worldtoscreen", OIIO::TypeMatrix, ndc));
+        EXPECT_FALSE(in->spec().get_string_attribute("carat:origin").empty());
+        std::ostringstream places;
+        places.precision(15);
+        std::vector<std::array<double, 2>> heights;  // and bounds
+        for (int y = 0; y < image.height; ++y)
+            for (int x = 0; x < image.width; ++x) {
+                if (image.at(x, y, "level.Y") < 0) {
+                    EXPECT_EQ(image.at(x, y, "source.Y"), -1);
+                    continue;
+                }
+                double p[4] = {0, 0, 0, 1}, to_camera[4] = {}, to_ndc[4] = {};
+                for (int c = 0; c < 3; ++c) p[c] = image.at(x, y, std::string("position.") + "XYZ"[c]);
+                for (int c = 0; c < 4; ++c)
+                    for (int k = 0; k < 4; ++k) {
+                        to_camera[c] += p[k] * static_cast<double>(camera[4 * k + c]);
+                        to_ndc[c] += p[k] * static_cast<double>(ndc[4 * k + c]);
+                    }
+                ASSERT_NEAR(to_ndc[0] / to_ndc[3] * image.width, x + 0.5, 0.01);
+                ASSERT_NEAR(to_ndc[1] / to_ndc[3] * image.height, y + 0.5, 0.01);
+                const double z = image.at(x, y, "Z");
+                ASSERT_NEAR(to_camera[2], z, 1e-6 * z);
+                ASSERT_LE(image.at(x, y, "error.pixels"), 1);
+                places << image.at(x, y, "latlon.lat") + static_cast<double>(image.at(x, y, "latlon.lat_low"))
+                       << ','
+                       << image.at(x, y, "latlon.lon") + static_cast<double>(image.at(x, y, "latlon.lon_low"))
+                       << '\n';
+                heights.push_back({image.at(x, y, "height.Y"), image.at(x, y, "error.metres")});
+            }
+        ASSERT_GT(heights.size(), 100u);
+        std::istringstream answers(carat("query a.carat --no-header --points -", places.str()).out);
+        std::string line;
+        for (const auto& [height, bound] : heights) {
+            ASSERT_TRUE(std::getline(answers, line));
+            std::istringstream fields(line);
+            std::string lat, lon, asked;
+            std::getline(fields, lat, ',');
+            std::getline(fields, lon, ',');
+            std::getline(fields, asked, ',');
+            ASSERT_NEAR(height, std::stod(asked), 1.5 * bound + 0.01) << line;
+        }
+    }
+}
+
+// A picture of the globe in two colours, without a georeference: west red, east blue.
+TEST_F(Render, ColoursOfAFileOfTheirOwn) {
+    {
+        std::vector<std::uint8_t> pixels;
+        for (int k = 0; k < 512 * 256; ++k)
+            pixels.insert(pixels.end(), {static_cast<std::uint8_t>(k % 512 < 256 ? 220 : 20), 40,
+                                         static_cast<std::uint8_t>(k % 512 < 256 ? 20 : 220)});
+        const auto out = OIIO::ImageOutput::create(path("two.png").string());
+        ASSERT_TRUE(out->open(path("two.png").string(), OIIO::ImageSpec(512, 256, 3, OIIO::TypeDesc::UINT8)));
+        out->write_image(OIIO::TypeDesc::UINT8, pixels.data());
+        out->close();
+    }
+    const Outcome built = carat("build --color two.png --color-tolerance 3/255 --json -o two.carat");
+    ASSERT_EQ(built.exit, 0) << built.err;
+    EXPECT_EQ(built.json().at("source_pixels"), 512 * 256);
+    EXPECT_LE(built.json().at("planes").at("Y").at("max_error"), 2.5);
+    const auto info = carat("info --json two.carat").json();
+    EXPECT_EQ(info.at("attribute"), "colour");
+    EXPECT_EQ(info.at("tolerance"), 3);
+    EXPECT_EQ(carat("verify two.carat").exit, 0);
+    const Outcome asked = carat("query two.carat --points - --no-header", "10,-90\n10,90\n");
+    int red = 0, green = 0, blue = 0;
+    ASSERT_EQ(std::sscanf(asked.out.c_str(), "10,-90,%d,%d,%d", &red, &green, &blue), 3) << asked.out;
+    EXPECT_NEAR(red, 220, 4);
+    EXPECT_NEAR(green, 40, 4);
+    EXPECT_NEAR(blue, 20, 4);
+    EXPECT_EQ(carat("render a.carat --eye 0,0,1e7 --colors moon --color a.carat -o no.png").exit, 1)
+        << "relief is no colour";
+    for (const char* both :
+         {"build --color two.png --layer hills.tif --tolerance 1 -o b.carat",
+          "build --color two.png --tolerance 1 -o b.carat", "build --layer hills.tif -o b.carat",
+          "build --color two.png --color-tolerance 300 -o b.carat"})
+        EXPECT_EQ(carat(both).exit, 2) << both;
+    CARAT_NEEDS_VULKAN();
+    ASSERT_EQ(
+        carat("render -q a.carat --color two.carat --eye 0,0,2e7 --size 64x48 --ambient 1 -o a.png").exit, 0);
+    const Image image = read_image(path("a.png"));
+    EXPECT_NEAR(image.at(26, 24, "R"), 220 / 255.0, 0.03);
+    EXPECT_NEAR(image.at(26, 24, "B"), 20 / 255.0, 0.03);
+    EXPECT_NEAR(image.at(38, 24, "B"), 220 / 255.0, 0.03);
+
+    // A flipped bit in the last plane.
+    std::string bytes = contents(path("two.carat"));
+    bytes[bytes.size() - 200] = static_cast<char>(bytes[bytes.size() - 200] ^ 4);
+    std::ofstream(path("bad.carat"), std::ios::binary) << bytes;
+    const Outcome bad = carat("verify bad.carat");
+    EXPECT_EQ(bad.exit, 1) << bad.out;
+    EXPECT_TRUE(contains(bad.out, "(Cg)")) << bad.out;
+}
+
 // Of the whole globe: close by, finer patches can be fewer, for more of them are off the screen.
 TEST_F(Render, ASmallerErrorDrawsMore) {
     CARAT_NEEDS_VULKAN();

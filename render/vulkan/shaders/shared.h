@@ -26,6 +26,7 @@ CARAT_CONST kBindTransmittance = 5;  // of the air, to its top (air.glsl)
 CARAT_CONST kBindMultiple = 6;       // light scattered more than once
 CARAT_CONST kBindAirOut = 7;         // image that air_tables.comp writes
 CARAT_CONST kBindSkyLight = 8;       // irradiance of the sky on level ground
+CARAT_CONST kBindColours = 9;        // uint[], sRGB of the vertices of the chunk's slots
 
 CARAT_CONST kTableHeights = 2048;   // texels along height: 10 m each on Earth, linear between
 CARAT_CONST kTableLatitudes = 181;  // texels along latitude, one a degree from the south pole

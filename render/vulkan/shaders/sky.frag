@@ -15,7 +15,8 @@ vec4 distant_sea(vec3 way) {
     if (!meets_sea(sight)) return vec4(0.0);
     sight = sight_to(sight, sea_distance(sight));
     float depth = 0.5 * (frame.table.x + frame.table.y);
-    return vec4(through_air(sight, water_colour(sight, depth)) * frame.body.w, 1.0);
+    vec3 body = sea_albedo(depth, normalize(vertical_at_end(sight) * vec3(1.0, 1.0, AIR.shell.z)));
+    return vec4(through_air(sight, water_colour(sight, body)) * frame.body.w, 1.0);
 }
 
 void main() {

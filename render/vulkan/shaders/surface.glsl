@@ -3,6 +3,7 @@
 
 layout(constant_id = 0) const bool kSky = false;
 layout(constant_id = 1) const bool kWater = false;
+layout(constant_id = 2) const bool kDrape = false;
 
 layout(set = 0, binding = kBindTable) uniform sampler2DArray colour_table;
 layout(set = 0, binding = kBindSkyLight) uniform sampler2D sky_light_table;
@@ -102,16 +103,16 @@ float smith(float cosine, float slope) {
     return a < 1.6 ? (1.0 - 1.259 * a + 0.396 * a * a) / (3.535 * a + 2.181 * a * a) : 0.0;
 }
 
-// The sea where a ray that meets it ends, above a floor of that height. Glint: slopes of waves after Cox and Munk 1954,
+// The sea where a ray that meets it ends, its body of a colour. Glint: slopes of waves after Cox and Munk 1954,
 // masked after Smith (in Walter et al. 2007); the sky's mean light is reflected by the mean Fresnel factor of such waves
 // (Bruneton, Neyret and Holzschuch 2010, eq. 18 and its fit).
-vec3 water_colour(Sight sight, float floor_height) {
+vec3 water_colour(Sight sight, vec3 body) {
     vec3 up = vertical_at_end(sight), sun = frame.sun.xyz;
     float seen = clamp(-dot(up, sight.way), 0.02, 1.0), cosine = dot(up, sun), slope = sqrt(frame.eye.w);
     vec3 north_up = normalize(up * vec3(1.0, 1.0, AIR.shell.z));  // the geodetic vertical
     vec3 sunshine = kSky ? sunlight(frame.table.y, cosine) : vec3(risen(north_up));
     float mirror = 0.02 + 0.98 * pow(1.0 - seen, 5.0 * exp(-2.69 * slope)) / (1.0 + 22.7 * pow(slope, 1.5));
-    vec3 colour = sea_albedo(floor_height, north_up) * lighting(north_up, north_up, frame.table.y, cosine) * (1.0 - mirror);
+    vec3 colour = body * lighting(north_up, north_up, frame.table.y, cosine) * (1.0 - mirror);
     if (kSky) colour += mirror * sky_light(frame.table.y, cosine);
     if (cosine > 0.0) {
         vec3 facet = normalize(sun - sight.way);
@@ -124,22 +125,24 @@ vec3 water_colour(Sight sight, float floor_height) {
     return colour;
 }
 
-vec3 surface_colour(vec3 normal, vec3 up, float height, vec3 relative) {
+// tint: the draped colour.
+vec3 surface_colour(vec3 normal, vec3 up, float height, vec3 relative, vec3 tint) {
     vec3 u = normalize(up);
     vec3 n = exaggerated(normalize(normal), u, frame.table.w);
     float land = land_share(height);
+    vec3 sea_body = kDrape ? tint : sea_albedo(height, u), ground = kDrape ? tint : land_albedo(height, u);
     if (!kSky && !kWater)
-        return mix(sea_albedo(height, u), land_albedo(height, u), land) * lighting(n, u, height, 0.0) * frame.body.w;
+        return mix(sea_body, ground, land) * lighting(n, u, height, 0.0) * frame.body.w;
     float distance = length(relative);
     Sight sight = sight_along(relative / distance, distance);
     float cosine = dot(vertical_at_end(sight), frame.sun.xyz);
-    vec3 colour = land_albedo(height, u);
-    if (!kWater) colour = mix(sea_albedo(height, u), colour, land);
+    vec3 colour = ground;
+    if (!kWater) colour = mix(sea_body, colour, land);
     colour *= lighting(n, u, height, cosine);
     if (kWater && land < 1.0 && meets_sea(sight)) {
         Sight sea = sight_to(sight, min(sea_distance(sight), sight.end));
         if (land < 0.5) sight = sea;
-        colour = mix(water_colour(sea, height), colour, land);
+        colour = mix(water_colour(sea, sea_body), colour, land);
     }
     return through_air(sight, colour) * frame.body.w;
 }

@@ -12,6 +12,7 @@ layout(location = 1) centroid in vec3 in_normal;
 layout(location = 2) centroid in vec3 in_up;
 layout(location = 3) centroid in float in_height;
 layout(location = 4) flat in uvec2 in_patch;
+layout(location = 5) centroid in vec3 in_tint;
 
 #ifdef CARAT_COLOUR
 layout(location = 0) out vec4 out_colour;  // linear, alpha 1
@@ -24,7 +25,7 @@ layout(location = AOV_FIRST + 2) out uvec2 out_patch;
 
 void main() {
 #ifdef CARAT_COLOUR
-    out_colour = vec4(surface_colour(in_normal, in_up, in_height, in_relative), 1.0);
+    out_colour = vec4(surface_colour(in_normal, in_up, in_height, in_relative, in_tint), 1.0);
 #endif
 #ifdef CARAT_AOV
     out_position = vec4(in_relative, dot(frame.forward.xyz, in_relative));

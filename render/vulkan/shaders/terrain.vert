@@ -9,6 +9,10 @@ layout(location = 1) out vec3 out_normal;
 layout(location = 2) out vec3 out_up;
 layout(location = 3) out float out_height;
 layout(location = 4) flat out uvec2 out_patch;
+layout(location = 5) out vec3 out_tint;  // linear
+
+layout(constant_id = 2) const bool kDrape = false;
+layout(std430, set = 0, binding = kBindColours) readonly buffer Colours { uint colours[]; };
 
 invariant gl_Position;
 
@@ -20,6 +24,10 @@ vec3 octahedral(vec2 e) {
     return normalize(n);
 }
 
+vec3 linear_of(vec3 encoded) {
+    return mix(encoded / 12.92, pow((encoded + 0.055) / 1.055, vec3(2.4)), greaterThan(encoded, vec3(0.04045)));
+}
+
 void main() {
     VertexData v = vertices[gl_VertexIndex];
     PatchData p = patches[gl_InstanceIndex];
@@ -29,5 +37,6 @@ void main() {
     out_normal = octahedral(unpackSnorm2x16(v.normal));
     out_up = normalize((relative + frame.eye.xyz) * frame.body.xyz);
     out_height = v.height;
+    out_tint = kDrape ? linear_of(unpackUnorm4x8(colours[gl_VertexIndex]).rgb) : vec3(0.0);
     out_patch = uvec2(p.id_low, p.id_high);
 }

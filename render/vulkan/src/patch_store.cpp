@@ -43,7 +43,7 @@ std::uint32_t slots_per_chunk(const Device& device, std::size_t patch_bytes, std
 }
 
 DescriptorPool make_pool(VkDevice device, std::uint32_t sets) {
-    const std::array sizes{VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, sets * 4},
+    const std::array sizes{VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, sets * 5},
                            VkDescriptorPoolSize{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, sets * 4}};
     const VkDescriptorPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
                                           .maxSets = sets,
@@ -57,7 +57,7 @@ DescriptorPool make_pool(VkDevice device, std::uint32_t sets) {
 }  // namespace
 
 PatchStore::PatchStore(Device& device, UploadRing& ring, VkDescriptorSetLayout layout, int cells,
-                       int capacity)
+                       int capacity, bool coloured)
     : device_(device),
       ring_(ring),
       layout_(layout),
@@ -65,6 +65,7 @@ PatchStore::PatchStore(Device& device, UploadRing& ring, VkDescriptorSetLayout l
       vertex_count_(half_vertex_count(cells)),
       capacity_(static_cast<std::uint32_t>(capacity)),
       chunk_slots_(slots_per_chunk(device, vertex_count_ * sizeof(PatchVertex), capacity_)),
+      coloured_(coloured),
       slots_(capacity_),
       pool_(make_pool(device.get(), (capacity_ + chunk_slots_ - 1) / chunk_slots_)) {
     make_indices();
@@ -86,9 +87,13 @@ void PatchStore::bind_shared(const SharedBindings& shared) {
 
 void PatchStore::write_set(VkDescriptorSet set, const Chunk& chunk) const {
     const auto whole = [](VkBuffer buffer) { return VkDescriptorBufferInfo{buffer, 0, VK_WHOLE_SIZE}; };
+    // Without colours something must be bound all the same; nothing reads it.
+    const Buffer& colours = coloured_ ? chunk.colours : chunk.vertices;
     const std::array buffers{whole(shared_.frame), whole(chunk.vertices.handle.get()),
-                             whole(chunk.patches.handle.get()), whole(shared_.probe)};
-    const std::array bindings{gpu::kBindFrame, gpu::kBindVertices, gpu::kBindPatches, gpu::kBindProbe};
+                             whole(chunk.patches.handle.get()), whole(shared_.probe),
+                             whole(colours.handle.get())};
+    const std::array bindings{gpu::kBindFrame, gpu::kBindVertices, gpu::kBindPatches, gpu::kBindProbe,
+                              gpu::kBindColours};
     std::array<VkDescriptorImageInfo, 4> images{
         {{shared_.sampler, shared_.table, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}}};
     std::array<std::uint32_t, 4> image_bindings{gpu::kBindTable};
@@ -128,6 +133,9 @@ void PatchStore::add_chunk() {
         make_buffer(device_, slots * sizeof(gpu::PatchData), storage, Where::device, "patch anchors");
     chunk.draws = make_buffer(device_, slots * sizeof(VkDrawIndexedIndirectCommand), indirect, Where::device,
                               "draw commands");
+    if (coloured_)
+        chunk.colours = make_buffer(device_, slots * vertex_count_ * sizeof(std::uint32_t), storage,
+                                    Where::device, "colours of patches");
     const VkDescriptorSetAllocateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
                                            .descriptorPool = pool_.get(),
                                            .descriptorSetCount = 1,
@@ -161,6 +169,8 @@ bool PatchStore::add(const MeshPointer& mesh) {
                                           std::to_string(mesh->vertices.size()) + " vertices instead of " +
                                           std::to_string(vertex_count_));
     }
+    if (coloured_ && mesh->colours.size() != vertex_count_)
+        throw Error(ErrorCode::usage, "patch " + to_string(mesh->half.diamond) + " has no colours");
     const auto place = slots_.acquire(mesh);
     if (!place) return false;
     last_slot_ = place->slot;
@@ -184,12 +194,17 @@ void PatchStore::upload(const PatchMesh& mesh, Chunk& chunk, std::uint32_t slot)
                               static_cast<std::uint32_t>(id >> 32)};
     ring_.copy(chunk.vertices.handle.get(), slot * bytes, mesh.vertices.data(), bytes);
     ring_.copy(chunk.patches.handle.get(), slot * sizeof(data), &data, sizeof(data));
+    if (coloured_) {
+        const std::size_t size = vertex_count_ * sizeof(std::uint32_t);
+        ring_.copy(chunk.colours.handle.get(), slot * size, mesh.colours.data(), size);
+    }
     ++uploads_;
-    upload_bytes_ += bytes + sizeof(data);
+    upload_bytes_ += patch_bytes();
 }
 
 std::size_t PatchStore::patch_bytes() const {
-    return vertex_count_ * sizeof(PatchVertex) + sizeof(gpu::PatchData);
+    return vertex_count_ * (sizeof(PatchVertex) + (coloured_ ? sizeof(std::uint32_t) : 0)) +
+           sizeof(gpu::PatchData);
 }
 
 void PatchStore::end_batch() {

@@ -20,7 +20,9 @@ struct SharedBindings {
 
 class PatchStore {
   public:
-    PatchStore(Device& device, UploadRing& ring, VkDescriptorSetLayout layout, int cells, int capacity);
+    // coloured: meshes bring colours, which are uploaded with them.
+    PatchStore(Device& device, UploadRing& ring, VkDescriptorSetLayout layout, int cells, int capacity,
+               bool coloured);
 
     // Writes the shared bindings into every descriptor set, now and for chunks to come. The device must be
     // idle.
@@ -48,7 +50,7 @@ class PatchStore {
 
   private:
     struct Chunk {
-        Buffer vertices, patches, draws;
+        Buffer vertices, patches, draws, colours;
         VkDescriptorSet set = VK_NULL_HANDLE;
         std::vector<VkDrawIndexedIndirectCommand> commands;
     };
@@ -63,6 +65,7 @@ class PatchStore {
     VkDescriptorSetLayout layout_;
     int cells_;
     std::uint32_t vertex_count_, capacity_, chunk_slots_;
+    bool coloured_;
     SlotCache slots_;
     SharedBindings shared_;
     Buffer indices_;

@@ -45,6 +45,12 @@ OIIO::ImageSpec specification(const Picture& p, bool exr, PixelType type) {
     }
     if (exr) {
         spec.attribute("compression", "zip");
+        for (const auto& [name, value] : p.attributes) {
+            if (const auto* text = std::get_if<std::string>(&value)) spec.attribute(name, *text);
+            if (const auto* number = std::get_if<float>(&value)) spec.attribute(name, *number);
+            if (const auto* matrix = std::get_if<std::array<float, 16>>(&value))
+                spec.attribute(name, OIIO::TypeMatrix, matrix->data());
+        }
     } else {
         spec.attribute("oiio:ColorSpace", "sRGB");
         spec.attribute("oiio:UnassociatedAlpha", 1);  // values are stored as they are

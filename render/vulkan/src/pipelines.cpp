@@ -20,6 +20,7 @@ SetLayout make_set_layout(VkDevice device) {
         binding(gpu::kBindFrame, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex | VK_SHADER_STAGE_FRAGMENT_BIT),
         binding(gpu::kBindVertices, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex),
         binding(gpu::kBindPatches, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex),
+        binding(gpu::kBindColours, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex),
         binding(gpu::kBindTable, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_FRAGMENT_BIT),
         binding(gpu::kBindProbe, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT),
         binding(gpu::kBindTransmittance, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
@@ -67,10 +68,12 @@ std::vector<VkFormat> attachment_formats(const PassKind& kind) {
 
 // The specialisation constants of surface.glsl.
 struct Features {
-    VkBool32 sky, water;
+    VkBool32 sky, water, drape;
 };
-constexpr std::array<VkSpecializationMapEntry, 2> kFeatureEntries{
-    {{0, offsetof(Features, sky), sizeof(VkBool32)}, {1, offsetof(Features, water), sizeof(VkBool32)}}};
+constexpr std::array<VkSpecializationMapEntry, 3> kFeatureEntries{
+    {{0, offsetof(Features, sky), sizeof(VkBool32)},
+     {1, offsetof(Features, water), sizeof(VkBool32)},
+     {2, offsetof(Features, drape), sizeof(VkBool32)}}};
 
 }  // namespace
 
@@ -112,11 +115,12 @@ Pipeline Pipelines::make_draw(const PassKind& kind, Draws what) const {
     const ShaderModule fragment = make_shader(device_.get(), terrain ? fragment_code(kind) : kSkyFragment);
     std::array stages{stage(VK_SHADER_STAGE_VERTEX_BIT, vertex),
                       stage(VK_SHADER_STAGE_FRAGMENT_BIT, fragment)};
-    const Features features{kind.sky, kind.water};
+    const Features features{kind.sky, kind.water, kind.drape};
     const VkSpecializationInfo constants{.mapEntryCount = kFeatureEntries.size(),
                                          .pMapEntries = kFeatureEntries.data(),
                                          .dataSize = sizeof(features),
                                          .pData = &features};
+    if (terrain) stages[0].pSpecializationInfo = &constants;
     if (kind.colour) stages[1].pSpecializationInfo = &constants;
 
     const VkPipelineVertexInputStateCreateInfo input{

@@ -22,7 +22,7 @@ const std::array<float, 65536>& half_values() {
 }  // namespace
 
 Picture empty_picture(int width, int height, std::vector<std::string> channels) {
-    Picture p{width, height, std::move(channels), {}};
+    Picture p{width, height, std::move(channels), {}, {}};
     p.values.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * p.channels.size());
     return p;
 }

@@ -80,6 +80,7 @@ struct Renderer::State {
     vk::UploadRing ring;
     vk::Pipelines pipelines;
     vk::PatchStore store;
+    bool coloured;
     vk::Sampler sampler;
     vk::TableTexture table;
     vk::AirTables air_tables;
@@ -108,7 +109,8 @@ Renderer::State::State(const Ellipsoid& b, double unit, const RendererOptions& o
       name(device.name()),
       ring(device, options.upload_bytes),
       pipelines(device, options.pipeline_cache),
-      store(device, ring, pipelines.set_layout(), options.cells, options.capacity),
+      store(device, ring, pipelines.set_layout(), options.cells, options.capacity, options.coloured),
+      coloured(options.coloured),
       sampler(vk::make_table_sampler(device)),
       air_tables(device),
       frame_data(vk::make_buffer(device, sizeof(gpu::FrameData),
@@ -145,6 +147,7 @@ void Renderer::State::prepare_sky(const DrawRequest& request, FrameCounters& cou
 vk::PassKind Renderer::State::look(vk::PassKind pass, const DrawRequest& request) const {
     pass.sky = pass.colour && request.sky && has_air;
     pass.water = pass.colour && request.water;
+    pass.drape = pass.colour && coloured;
     return pass;
 }
 

@@ -2,6 +2,7 @@
 // gradients.
 #include <cmath>
 
+#include "carat/globe/error.hpp"
 #include "carat/globe/globe.hpp"
 #include "planet.hpp"
 
@@ -102,6 +103,54 @@ TEST_F(ColourImage, GradientsHaveNoStepsAtWholeMetres) {
         ASSERT_GE(step, 0) << x;
         ASSERT_LT(step, 4 * span / 512 + 2e-4f) << x;  // half precision is 1.2e-4 below 0.5
     }
+}
+
+// Colours of the meshes instead of the table's: each of its own latitude here.
+TEST_F(ColourImage, ColoursOfMeshesAreDraped) {
+    const auto tint = [](double latitude) {
+        const auto v = static_cast<std::uint32_t>(std::lround(128 + latitude));
+        return v | (255 - v) << 8 | 40u << 16 | 0xff000000u;
+    };
+    Patches patches;
+    for (const auto& mesh : make_meshes(body, level_halves(4), kCells, [](const Vec3&) { return 100.0; })) {
+        auto coloured = std::make_shared<PatchMesh>(*mesh);
+        for (const PatchVertex& v : mesh->vertices) {
+            const Vec3 place = to_metres(
+                {mesh->anchor[0] + v.offset[0], mesh->anchor[1] + v.offset[1], mesh->anchor[2] + v.offset[2]},
+                length_unit(body));
+            coloured->colours.push_back(tint(geodetic(body.normal_height(place).normal).latitude));
+        }
+        patches.push_back(coloured);
+    }
+    RendererOptions options;
+    options.validation = true;
+    options.cells = kCells;
+    options.coloured = true;
+    Renderer gpu(body, length_unit(body), options);
+    DrawRequest request;
+    request.camera = look_down(body, {10, 40}, 4 * body.a(), kWidth, kHeight, 25);
+    request.light.ambient = 1;
+    request.aovs.position = true;
+    const Frame frame = gpu.draw(request, patches);
+    int checked = 0;
+    for (int y = 0; y < kHeight; y += 2)
+        for (int x = 0; x < kWidth; x += 2) {
+            if (frame.colour.at(x, y)[3] == 0) continue;
+            const float* p = frame.position.at(x, y);
+            const Vec3 n =
+                body.normal_height(sum(eye_metres(body, request.camera), {p[0], p[1], p[2]})).normal;
+            if (dot(n, unit({p[0], p[1], p[2]})) > -0.3) continue;
+            const double red = (128 + geodetic(n).latitude) / 255;
+            ASSERT_NEAR(frame.colour.at(x, y)[0], srgb_decode(static_cast<float>(red)), 0.006);
+            ASSERT_NEAR(frame.colour.at(x, y)[1], srgb_decode(static_cast<float>(1 - red)), 0.006);
+            ASSERT_NEAR(frame.colour.at(x, y)[2], srgb_decode(40 / 255.0f), 0.002);
+            ++checked;
+        }
+    EXPECT_GT(checked, 3000);
+    EXPECT_TRUE(gpu.messages().empty());
+    EXPECT_THROW(
+        gpu.draw(request, make_meshes(body, level_halves(0), kCells, [](const Vec3&) { return 0.0; })), Error)
+        << "meshes without colours";
 }
 
 TEST_F(ColourImage, SamplesSmoothTheOutlineAndLeaveTheRest) {

@@ -33,7 +33,7 @@ class PictureFile : public ::testing::Test {
 };
 
 Picture gradient(int width, int height, std::vector<std::string> channels) {
-    Picture p{width, height, std::move(channels), {}};
+    Picture p{width, height, std::move(channels), {}, {}};
     const std::size_t count =
         static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * p.channels.size();
     for (std::size_t i = 0; i < count; ++i)
@@ -61,7 +61,7 @@ TEST(Srgb, IsItsOwnInverseAndMeetsTheStandard) {
 
 TEST(ToneMapping, KeepsOrderAndBlackAndStaysBelowWhite) {
     for (const Tone tone : {Tone::none, Tone::reinhard, Tone::aces}) {
-        Picture p{64, 1, {"R", "G", "B", "A"}, {}};
+        Picture p{64, 1, {"R", "G", "B", "A"}, {}, {}};
         for (int x = 0; x < 64; ++x) {
             const float v = 0.125f * static_cast<float>(x);
             p.values.insert(p.values.end(), {v, v, v, 9});
@@ -76,13 +76,13 @@ TEST(ToneMapping, KeepsOrderAndBlackAndStaysBelowWhite) {
             EXPECT_EQ(p.at(x, 0)[3], 9) << "coverage is no light";
         }
     }
-    Picture p{1, 1, {"R", "G", "B"}, {4, 4, 4}};
+    Picture p{1, 1, {"R", "G", "B"}, {4, 4, 4}, {}};
     tone_map(p, Tone::reinhard);
     EXPECT_NEAR(p.values[0], 1, 1e-6) << "white at 4";
     p.values = {1, 1, 1};
     tone_map(p, Tone::aces);
     EXPECT_NEAR(p.values[0], 2.54 / 3.16, 1e-6);
-    Picture depth{1, 1, {"Z"}, {4}};
+    Picture depth{1, 1, {"Z"}, {4}, {}};
     EXPECT_THROW(tone_map(depth, Tone::aces), Error);
 }
 
@@ -154,7 +154,7 @@ TEST_F(PictureFile, ErrorsAreTypedAndLeaveNothingBehind) {
     EXPECT_EQ(code(path("no/such/folder/a.png"), p), ErrorCode::io);
     EXPECT_EQ(code(path("a.nonsense"), p), ErrorCode::usage);
     EXPECT_EQ(code(path("a.png"), Picture{}), ErrorCode::usage);
-    EXPECT_EQ(code(path("a.png"), Picture{4, 4, {"R"}, {1, 2}}), ErrorCode::usage);
+    EXPECT_EQ(code(path("a.png"), Picture{4, 4, {"R"}, {1, 2}, {}}), ErrorCode::usage);
     fs::create_directories(folder / "taken.png");
     EXPECT_EQ(code(path("taken.png"), p), ErrorCode::io);
     EXPECT_EQ(files(), 1u);

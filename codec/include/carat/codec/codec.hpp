@@ -9,7 +9,7 @@
 //   coder       gamma: zero-quadtree with Elias-gamma leaves                         src/gamma.hpp
 //   summaries   min, max and delta (distance to S) of a half, rounded outwards       summary.hpp
 //   file        header, roots, pages, two-level directory; law: docs/format.md       repository, writer
-//   surface     heights and S anywhere, cached                                       surface.hpp
+//   surface     heights and S anywhere, cached; colours: three planes in a file      surface.hpp, colour.hpp
 //
 // Promise: every height of every level is within `tolerance` metres of that level's reference data, the
 // rounding to the quantum included. Decoding is integer arithmetic alone (int64, results modulo 2^32): the

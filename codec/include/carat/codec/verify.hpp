@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "carat/codec/byte_source.hpp"
 #include "carat/codec/repository.hpp"
 
 namespace carat {
@@ -36,6 +38,7 @@ struct FileCensus {
 // Reads every page of a file once and decodes nothing. Throws Error(corrupt|truncated|unsupported|limit|io)
 // at the first damage.
 FileCensus take_census(const std::filesystem::path& file);
+FileCensus take_census(const ByteSource& source);
 
 struct VerifyOptions {
     int threads = 0;                        // 0: all
@@ -72,5 +75,8 @@ struct VerifyReport {
 // Memory stays near memory_bytes whatever the size of the file. Throws Error(io) if the file cannot be
 // opened; every damage is a line of the report.
 VerifyReport verify_file(const std::filesystem::path& file, const VerifyOptions& options = {});
+// The same of bytes from elsewhere; `open` is called twice.
+using OpenSource = std::function<std::unique_ptr<ByteSource>()>;
+VerifyReport verify_source(const OpenSource& open, const VerifyOptions& options = {});
 
 }  // namespace carat

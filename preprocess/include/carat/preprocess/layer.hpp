@@ -44,6 +44,9 @@ struct LayerOptions {
     std::optional<double> feather = std::nullopt;
     int band = 1;  // counted from 1
     LatitudeKind latitude = LatitudeKind::automatic;
+    // The values are one component of a colour instead of a band: 0 Y, 1 Co, 2 Cg of YCoCg-R of the 8-bit
+    // bands 1 to 3 (of one band: grey). A pixel that is a hole in any of them is one.
+    std::optional<int> colour_component = std::nullopt;
 };
 
 // West > east where the region crosses 180.

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "carat/codec/colour.hpp"
 #include "carat/codec/repository.hpp"
 #include "carat/render/half_heights.hpp"
 #include "carat/render/visibility.hpp"
@@ -42,6 +43,7 @@ struct FrontierHalf {
     Culled culled = Culled::none;
     bool is_virtual = false;  // below the file's leaves
     double error = 0;         // pixels; 0 if culled
+    double delta = 0;         // metres: bound of the distance between the flat patch and S; 0 if culled
     HalfHeights heights;      // empty if culled
 };
 
@@ -59,8 +61,10 @@ inline constexpr std::uint64_t kMaxRefined = 50'000;
 // slopes drawn on it; 0: geometry alone decides. Throws Error(limit) above kMaxRefined diamonds, and what the
 // repository throws. Uses the threads of the current TBB arena. Peak memory: 17 KiB a frontier half for
 // 65 x 65 diamonds, and one decoded diamond a thread.
+// colour, if not null: what it refines demands refinement for the spacing of its samples too, below the
+// file's leaves virtually.
 Cut select_cut(const Repository& repository, const Visibility& visibility, double threshold,
-               double spacing = 0);
+               double spacing = 0, const ColourRepository* colour = nullptr);
 
 // The deepest level whose diamonds can be refined, for N = 2^p + 1.
 int deepest_refinable_level(int p);

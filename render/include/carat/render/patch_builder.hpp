@@ -16,6 +16,7 @@
 #include <memory>
 #include <vector>
 
+#include "carat/codec/colour.hpp"
 #include "carat/globe/ellipsoid.hpp"
 #include "carat/render/half_heights.hpp"
 #include "carat/render/patch_mesh.hpp"
@@ -25,8 +26,9 @@ namespace carat {
 // Thread-safe.
 class PatchBuilder {
   public:
-    // quantum in metres; cells in [4, 128].
-    PatchBuilder(const Ellipsoid& body, double quantum, int cells);
+    // quantum in metres; cells in [4, 128]. colour, if not null: meshes get its colours; of the same cells.
+    PatchBuilder(const Ellipsoid& body, double quantum, int cells,
+                 std::shared_ptr<const ColourRepository> colour = nullptr);
 
     // heights: half_vertex_count(cells) of them. Boundary vertices have the normal of the nearest inner
     // vertex until stitch_normals() gives them their own.
@@ -36,6 +38,7 @@ class PatchBuilder {
     Ellipsoid body_;
     double quantum_, unit_;
     int cells_;
+    std::shared_ptr<const ColourRepository> colour_;
 };
 
 // Sets the boundary normals of patches, sorted by half, that tile a region conformingly. Every patch that

@@ -17,6 +17,7 @@
 #include <memory>
 #include <vector>
 
+#include "carat/codec/colour.hpp"
 #include "carat/codec/repository.hpp"
 #include "carat/render/patch_mesh.hpp"
 #include "carat/render/view.hpp"
@@ -45,6 +46,8 @@ struct RefinerOptions {
     int threads = 0;                               // workers; 0: one for each core
     std::uint64_t triangles = 16'000'000;          // drawn at most; never fewer than the coarsest cut needs
     std::uint64_t bytes = std::uint64_t{2} << 30;  // of heights and meshes, those kept for later included
+    // Draped over the relief, as for converged_cut(); null: none.
+    std::shared_ptr<const ColourRepository> colour = nullptr;
 };
 
 struct RefineCounters {

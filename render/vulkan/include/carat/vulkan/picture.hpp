@@ -1,7 +1,10 @@
 // Pictures in memory and in files.
 #pragma once
 
+#include <array>
 #include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 
 namespace carat {
@@ -12,6 +15,9 @@ struct Picture {
     int width = 0, height = 0;          // pixels
     std::vector<std::string> channels;  // "R", "G", "B", "A", "Z", ...: names by OpenEXR convention
     std::vector<float> values;          // width * height * channels.size()
+    // Kept by .exr alone: text, numbers, and matrices for row vectors, by rows (OpenEXR's convention).
+    using Attribute = std::variant<std::string, float, std::array<float, 16>>;
+    std::vector<std::pair<std::string, Attribute>> attributes = {};
 
     const float* at(int x, int y) const {
         return values.data() +

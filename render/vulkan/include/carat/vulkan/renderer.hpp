@@ -36,6 +36,7 @@ struct RendererOptions {
     std::string device;
     bool validation = false;  // load VK_LAYER_KHRONOS_validation; see Renderer::messages()
     int cells = 64;           // of every patch: a power of two, 2 to 128
+    bool coloured = false;    // meshes bring colours (PatchMesh::colours), drawn instead of the table's
     int capacity = 4096;      // patch slots at most; memory is taken in chunks as they fill
     // Staging ring, in quarters. submit() never waits for the device while the uploads of
     // kFramesInFlight + 1 frames fit in three quarters of it.
