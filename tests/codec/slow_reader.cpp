@@ -545,8 +545,7 @@ Reader::Part Reader::parse_part(const PartPlace& place) {
         demand(entry.mode <= 2 && entry.order <= 6 && info < 64, in.what + ": mode");
         for (Summary& s : entry.summary) {  // 10
             const std::int64_t unit = summary_unit(level + sub_level(slot));
-            std::int64_t base = part.least;
-            while (base % unit != 0) --base;
+            const std::int64_t base = floor_div(part.least, unit) * unit;
             const std::int64_t least = base + unit * static_cast<std::int64_t>(in.varint());
             const std::int64_t most = least + unit * static_cast<std::int64_t>(in.varint());
             const std::int64_t below = static_cast<std::int64_t>(in.varint());
