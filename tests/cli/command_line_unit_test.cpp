@@ -4,7 +4,8 @@
 namespace carat::test {
 namespace {
 
-const std::vector<std::string> kCommands{"synth", "build", "update", "info", "verify", "query", "render", "fly"};
+const std::vector<std::string> kCommands{"synth",  "build", "update", "info",
+                                         "verify", "query", "render", "fly"};
 
 using CommandLine = Program;
 

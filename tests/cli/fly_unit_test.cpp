@@ -68,8 +68,9 @@ TEST_F(Fly, StatisticsHaveALineAFrame) {
         EXPECT_LE(at("worst_error_px"), 1);
         EXPECT_EQ(at("triangles"), at("patches") * 64 * 64);
         EXPECT_GE(at("frame_ms"), at("refine_ms"));
-        for (const char* name : {"culled_frustum", "culled_horizon", "culled_back", "bytes_read", "decoded", "predicted",
-                                 "uploaded", "selection_ms", "decode_ms", "build_ms", "upload_ms", "gpu_ms"})
+        for (const char* name :
+             {"culled_frustum", "culled_horizon", "culled_back", "bytes_read", "decoded", "predicted",
+              "uploaded", "selection_ms", "decode_ms", "build_ms", "upload_ms", "gpu_ms"})
             EXPECT_GE(at(name), 0) << name;
         pages += static_cast<std::uint64_t>(at("pages_read"));
         triangles += static_cast<std::uint64_t>(at("triangles"));

@@ -10,7 +10,8 @@
 //   heights    whole quanta, or 2^-25 of them below the leaves: always exact           half_heights.hpp
 //   patches    exact positions, normals by finite differences, stitched along edges    patch_builder.hpp
 //   draw list  all of the above in one call                                            draw_list.hpp
-//   flight     where the eye is along keyframes; paths as JSON                        flight.hpp, flight_path.hpp
+//   flight     where the eye is along keyframes                                        flight.hpp
+//   paths      keyframes as JSON                                                       flight_path.hpp
 //   refiner    the cut from frame to frame, against deadlines, with workers            refiner.hpp
 //   sun        the subsolar point of the Earth and of Mars at a time                   sun.hpp
 #pragma once
