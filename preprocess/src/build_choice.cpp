@@ -15,8 +15,8 @@ namespace carat {
 namespace {
 
 constexpr std::size_t kSampled = 512;  // diamonds: two million values for N = 65
-// Of the RMS that is promised: the sample need not be better than this to be used. What remains is for the
-// difference between sample and file.
+// The share of the promised RMS that the sample may use up; the rest allows for the difference between sample
+// and file.
 constexpr double kAim = 0.985;
 // The greatest error is at most this many times the RMS: without a limit nothing would be kept of small hills
 // in a plain.

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "build_choice.hpp"
 #include "carat/codec/repository.hpp"
 #include "carat/codec/surface.hpp"
 #include "carat/globe/error.hpp"
@@ -121,6 +122,23 @@ TEST(BuildChoice, TablesThatDoNotPayAreLeftOut) {
     options.fit_tables = true;
     build_repository(options);
     EXPECT_TRUE(bytes_of(options.output) == plain);
+}
+
+// After a round that missed: steps go down by the ratio, at least by one, to the finest and no further.
+TEST(BuildChoice, AMissedRmsLeadsToSmallerStepsUntilThereAreNone) {
+    BuildOptions options;
+    options.rms = 4;
+    options.quantum = 1;
+    options.tolerance = tolerance_of(100, 1);
+    const BuildOptions next = with_smaller_step(options, 5);
+    EXPECT_GT(next.tolerance, tolerance_of(70, 1));
+    EXPECT_LT(next.tolerance, tolerance_of(80, 1)) << "0.8 of the radius, and a margin";
+    options.tolerance = tolerance_of(10, 1);
+    EXPECT_EQ(with_smaller_step(options, 4.0001).tolerance, tolerance_of(9, 1));
+    options.tolerance = tolerance_of(1, 1);
+    options = with_smaller_step(options, 4.0001);
+    EXPECT_EQ(options.tolerance, tolerance_of(0, 1));
+    EXPECT_THROW(with_smaller_step(options, 4.0001), Error);
 }
 
 TEST(BuildChoice, WhatCannotBeIsRefused) {
