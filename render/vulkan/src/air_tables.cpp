@@ -17,34 +17,13 @@ Image make_table(const Device& device, std::uint32_t width, std::uint32_t height
                  "tables of the sky"});
 }
 
-SetLayout make_set_layout(VkDevice device) {
-    const auto binding = [](std::uint32_t slot, VkDescriptorType type) {
-        return VkDescriptorSetLayoutBinding{.binding = slot,
-                                            .descriptorType = type,
-                                            .descriptorCount = 1,
-                                            .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
-    };
-    const std::array bindings{binding(gpu::kBindTransmittance, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER),
-                              binding(gpu::kBindMultiple, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER),
-                              binding(gpu::kBindAirOut, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE)};
-    const VkDescriptorSetLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
-                                               .bindingCount = bindings.size(),
-                                               .pBindings = bindings.data()};
-    VkDescriptorSetLayout layout = VK_NULL_HANDLE;
-    check(vkCreateDescriptorSetLayout(device, &info, nullptr, &layout), "creating a descriptor layout");
-    return {device, layout};
-}
-
-PipelineLayout make_layout(VkDevice device, VkDescriptorSetLayout set) {
-    const VkPushConstantRange range{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = sizeof(gpu::AirData)};
-    const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-                                          .setLayoutCount = 1,
-                                          .pSetLayouts = &set,
-                                          .pushConstantRangeCount = 1,
-                                          .pPushConstantRanges = &range};
-    VkPipelineLayout layout = VK_NULL_HANDLE;
-    check(vkCreatePipelineLayout(device, &info, nullptr, &layout), "creating a pipeline layout");
-    return {device, layout};
+SetLayout make_air_set(VkDevice device) {
+    constexpr VkShaderStageFlags kCompute = VK_SHADER_STAGE_COMPUTE_BIT;
+    const std::array bindings{
+        one_binding(gpu::kBindTransmittance, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kCompute),
+        one_binding(gpu::kBindMultiple, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kCompute),
+        one_binding(gpu::kBindAirOut, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, kCompute)};
+    return make_set_layout(device, bindings);
 }
 
 DescriptorPool make_pool(VkDevice device) {
@@ -136,8 +115,8 @@ void AirTables::write_set(VkDescriptorSet set, const Table& out, VkSampler sampl
 }
 
 void AirTables::make(const gpu::AirData& air) {
-    const SetLayout set_layout = make_set_layout(device_.get());
-    const PipelineLayout layout = make_layout(device_.get(), set_layout.get());
+    const SetLayout set_layout = make_air_set(device_.get());
+    const PipelineLayout layout = make_layout(device_.get(), set_layout.get(), sizeof(gpu::AirData));
     const DescriptorPool pool = make_pool(device_.get());
     const Sampler sampler = make_table_sampler(device_);
     const ShaderModule module = make_shader(device_.get(), kAirTables);

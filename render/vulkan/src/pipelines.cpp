@@ -10,41 +10,23 @@ namespace carat::vk {
 
 namespace {
 
-VkDescriptorSetLayoutBinding binding(std::uint32_t slot, VkDescriptorType type, VkShaderStageFlags stages) {
-    return {.binding = slot, .descriptorType = type, .descriptorCount = 1, .stageFlags = stages};
-}
-
-SetLayout make_set_layout(VkDevice device) {
+SetLayout make_terrain_set(VkDevice device) {
     const VkShaderStageFlags vertex = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_COMPUTE_BIT;
     const std::array bindings{
-        binding(gpu::kBindFrame, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex | VK_SHADER_STAGE_FRAGMENT_BIT),
-        binding(gpu::kBindVertices, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex),
-        binding(gpu::kBindPatches, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex),
-        binding(gpu::kBindColours, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex),
-        binding(gpu::kBindTable, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_FRAGMENT_BIT),
-        binding(gpu::kBindProbe, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT),
-        binding(gpu::kBindTransmittance, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                VK_SHADER_STAGE_FRAGMENT_BIT),
-        binding(gpu::kBindMultiple, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_FRAGMENT_BIT),
-        binding(gpu::kBindSkyLight, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_FRAGMENT_BIT)};
-    const VkDescriptorSetLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
-                                               .bindingCount = bindings.size(),
-                                               .pBindings = bindings.data()};
-    VkDescriptorSetLayout layout = VK_NULL_HANDLE;
-    check(vkCreateDescriptorSetLayout(device, &info, nullptr, &layout), "creating a descriptor layout");
-    return {device, layout};
-}
-
-PipelineLayout make_layout(VkDevice device, VkDescriptorSetLayout set) {
-    const VkPushConstantRange range{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = sizeof(ProbeRange)};
-    const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-                                          .setLayoutCount = 1,
-                                          .pSetLayouts = &set,
-                                          .pushConstantRangeCount = 1,
-                                          .pPushConstantRanges = &range};
-    VkPipelineLayout layout = VK_NULL_HANDLE;
-    check(vkCreatePipelineLayout(device, &info, nullptr, &layout), "creating a pipeline layout");
-    return {device, layout};
+        one_binding(gpu::kBindFrame, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                    vertex | VK_SHADER_STAGE_FRAGMENT_BIT),
+        one_binding(gpu::kBindVertices, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex),
+        one_binding(gpu::kBindPatches, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex),
+        one_binding(gpu::kBindColours, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vertex),
+        one_binding(gpu::kBindTable, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_SHADER_STAGE_FRAGMENT_BIT),
+        one_binding(gpu::kBindProbe, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT),
+        one_binding(gpu::kBindTransmittance, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                    VK_SHADER_STAGE_FRAGMENT_BIT),
+        one_binding(gpu::kBindMultiple, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                    VK_SHADER_STAGE_FRAGMENT_BIT),
+        one_binding(gpu::kBindSkyLight, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                    VK_SHADER_STAGE_FRAGMENT_BIT)};
+    return make_set_layout(device, bindings);
 }
 
 VkPipelineShaderStageCreateInfo stage(VkShaderStageFlagBits which, const ShaderModule& module) {
@@ -77,6 +59,32 @@ constexpr std::array<VkSpecializationMapEntry, 3> kFeatureEntries{
 
 }  // namespace
 
+VkDescriptorSetLayoutBinding one_binding(std::uint32_t slot, VkDescriptorType type,
+                                         VkShaderStageFlags stages) {
+    return {.binding = slot, .descriptorType = type, .descriptorCount = 1, .stageFlags = stages};
+}
+
+SetLayout make_set_layout(VkDevice device, std::span<const VkDescriptorSetLayoutBinding> bindings) {
+    const VkDescriptorSetLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+                                               .bindingCount = static_cast<std::uint32_t>(bindings.size()),
+                                               .pBindings = bindings.data()};
+    VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+    check(vkCreateDescriptorSetLayout(device, &info, nullptr, &layout), "creating a descriptor layout");
+    return {device, layout};
+}
+
+PipelineLayout make_layout(VkDevice device, VkDescriptorSetLayout set, std::uint32_t push_bytes) {
+    const VkPushConstantRange range{.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = push_bytes};
+    const VkPipelineLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                          .setLayoutCount = 1,
+                                          .pSetLayouts = &set,
+                                          .pushConstantRangeCount = 1,
+                                          .pPushConstantRanges = &range};
+    VkPipelineLayout layout = VK_NULL_HANDLE;
+    check(vkCreatePipelineLayout(device, &info, nullptr, &layout), "creating a pipeline layout");
+    return {device, layout};
+}
+
 ShaderModule make_shader(VkDevice device, Spirv code) {
     const VkShaderModuleCreateInfo info{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
                                         .codeSize = code.size_bytes(),
@@ -88,8 +96,8 @@ ShaderModule make_shader(VkDevice device, Spirv code) {
 
 Pipelines::Pipelines(const Device& device, const std::string& cache_folder)
     : device_(device),
-      set_layout_(make_set_layout(device.get())),
-      layout_(make_layout(device.get(), set_layout_.get())),
+      set_layout_(make_terrain_set(device.get())),
+      layout_(make_layout(device.get(), set_layout_.get(), sizeof(ProbeRange))),
       cache_(device, cache_folder) {}
 
 VkPipeline Pipelines::draw(const PassKind& kind) {

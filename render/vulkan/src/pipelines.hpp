@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <tuple>
 
 #include "pipeline_cache_file.hpp"
@@ -29,7 +30,12 @@ struct ProbeRange {
     std::uint32_t slot, vertex_count;
 };
 
-// Throws as check() does.
+// All of these throw as check() does.
+VkDescriptorSetLayoutBinding one_binding(std::uint32_t slot, VkDescriptorType type,
+                                         VkShaderStageFlags stages);
+SetLayout make_set_layout(VkDevice device, std::span<const VkDescriptorSetLayoutBinding> bindings);
+// Of one set, and push constants of compute shaders.
+PipelineLayout make_layout(VkDevice device, VkDescriptorSetLayout set, std::uint32_t push_bytes);
 ShaderModule make_shader(VkDevice device, Spirv code);
 
 class Pipelines {
