@@ -86,7 +86,7 @@ RunEnd Suffixes(BitRun& run, std::size_t count, const std::uint8_t* ends, std::i
                 return e;
             continue;
         }
-        const auto one = hn::TableLookupBytes(power, hn::Min(n, hn::Set(d8, 6)));  // 2^n
+        const auto one = hn::TableLookupBytes(power, n);  // 2^n
         const hn::Repartition<std::uint64_t, decltype(d8)> d64;
         const std::uint64_t mask = hn::GetLane(hn::BitCast(d64, hn::Sub(one, hn::Set(d8, 1))));
         const std::uint64_t bits = load_word(run.bytes + at / 8) >> (at % 8);

@@ -342,7 +342,7 @@ void ApplySigns(const std::uint8_t* token, std::size_t count, const std::uint8_t
         std::uint64_t word = 0;
         std::memcpy(&word, raw + at / 8, 8);
         const std::uint64_t negative = _pdep_u64(word >> (at % 8), nonzero);
-        at += static_cast<std::size_t>(std::popcount(nonzero)) + (k == 0 ? 1 : 0);
+        at += static_cast<std::size_t>(std::popcount(nonzero));
         const auto minus = hn::LoadMaskBits(di, reinterpret_cast<const std::uint8_t*>(&negative));
         const auto plus = hn::BitCast(di, t);
         alignas(32) std::int8_t both[32];
