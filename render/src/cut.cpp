@@ -188,9 +188,12 @@ class Selection {
 
 int deepest_refinable_level(int p) { return std::min(deepest_level(p), kDeepestId) - 1; }
 
+double leaf_delta(const CurvatureBound& curvature, const HalfRange& range) {
+    return curvature.of_heights(std::max(std::abs(range.min), std::abs(range.max)), range.triangle_range);
+}
+
 double leaf_delta(const Ellipsoid& body, const Half& half, const HalfRange& range, int cells) {
-    return curvature_bound(body, half, cells)
-        .of_heights(std::max(std::abs(range.min), std::abs(range.max)), range.triangle_range);
+    return leaf_delta(curvature_bound(body, half, cells), range);
 }
 
 Cut select_cut(const Repository& repository, const Visibility& visibility, double threshold, double spacing,

@@ -21,23 +21,33 @@ double HalfSurvey::spacing(const Half& half, bool refined_by_file) const {
     return sample_spacing(body_, half.diamond, cells_);
 }
 
-HalfBounds HalfSurvey::by_summary(const Half& half, bool refined_by_file) const {
+HalfBounds HalfSurvey::by_summary(const HalfShape& shape, const Half& half, bool refined_by_file) const {
     const HalfSummary s = repository_.summary(half);
-    return {half_volume(body_, half, s.min_height, s.max_height, rounding_), s.delta + rounding_,
+    return {shape.volume(s.min_height, s.max_height, rounding_), s.delta + rounding_,
             spacing(half, refined_by_file)};
 }
 
-HalfBounds HalfSurvey::by_heights(const Half& half, const HalfHeights& heights) const {
+HalfBounds HalfSurvey::by_heights(const HalfShape& shape, const Half& half,
+                                  const HalfHeights& heights) const {
     const HalfRange range = half_range(heights, cells_, quantum_);
-    return {half_volume(body_, half, range.min, range.max, rounding_),
-            leaf_delta(body_, half, range, cells_) + rounding_, spacing(half, false)};
+    return {shape.volume(range.min, range.max, rounding_),
+            leaf_delta(shape.curvature(cells_), range) + rounding_, spacing(half, false)};
+}
+
+HalfBounds HalfSurvey::by_summary(const Half& half, bool refined_by_file) const {
+    return by_summary(HalfShape(body_, half), half, refined_by_file);
+}
+
+HalfBounds HalfSurvey::by_heights(const Half& half, const HalfHeights& heights) const {
+    return by_heights(HalfShape(body_, half), half, heights);
 }
 
 HalfFacts HalfSurvey::facts(const Half& half, bool in_file, bool refined_by_file,
                             const HalfHeights& heights) const {
     HalfFacts facts;
-    if (in_file) facts.stored = by_summary(half, refined_by_file);
-    if (!refined_by_file) facts.own = by_heights(half, heights);
+    const HalfShape shape(body_, half);
+    if (in_file) facts.stored = by_summary(shape, half, refined_by_file);
+    if (!refined_by_file) facts.own = by_heights(shape, half, heights);
     return facts;
 }
 

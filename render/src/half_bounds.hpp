@@ -43,6 +43,8 @@ class HalfSurvey {
 
   private:
     double spacing(const Half& half, bool refined_by_file) const;
+    HalfBounds by_summary(const HalfShape& shape, const Half& half, bool refined_by_file) const;
+    HalfBounds by_heights(const HalfShape& shape, const Half& half, const HalfHeights& heights) const;
 
     const Repository& repository_;
     const ColourRepository* colour_;

@@ -6,30 +6,32 @@
 #include <cstdlib>
 
 #include "carat/globe/patch.hpp"
-#include "patch_kernel.hpp"
+#include "half_kernel.hpp"
 
 namespace carat {
 namespace {
 
 std::size_t matrix_index(int i, int j, int n) { return static_cast<std::size_t>(i * n + j); }
 
-// out = the child's half in storage order, its rows r from the parent's V and C in turn: along a row both
-// indices of the refined grid change by one, so every other vertex is a V and its neighbour a C.
-template <class Value>
-std::vector<Value, BlockAllocator<Value>> gather(const Value* v, const Value* c, DiamondId parent_id,
-                                                 const Half& child_half, int cells) {
-    const int n = cells + 1;
+RowMap row_map(DiamondId parent_id, const Half& child_half, int cells) {
     const ChildMap m = child_map(parent_id, child_half, cells);
     const bool straight = child_half.side == 0;  // r is i, c is j
-    const int p_row = straight ? m.pi : m.pj, q_row = straight ? m.qi : m.qj;
-    const int p_along = straight ? m.pj : m.pi, q_along = straight ? m.qj : m.qi;
-    assert(std::abs(p_row) == 1 && std::abs(q_row) == 1 && std::abs(p_along) == 1 && std::abs(q_along) == 1);
-    std::vector<Value, BlockAllocator<Value>> out(half_vertex_count(cells));
-    const std::ptrdiff_t v_step = p_along * n + q_along, c_step = p_along * cells + q_along;
-    Value* row = out.data();
+    const RowMap rows =
+        straight ? RowMap{m.p0, m.q0, m.pi, m.qi, m.pj, m.qj} : RowMap{m.p0, m.q0, m.pj, m.qj, m.pi, m.qi};
+    assert(std::abs(rows.p_row) == 1 && std::abs(rows.q_row) == 1 && std::abs(rows.p_along) == 1 &&
+           std::abs(rows.q_along) == 1);
+    return rows;
+}
+
+// gather_rows() of heights with fractions.
+void gather_rows(const std::int64_t* v, const std::int64_t* c, const RowMap& m, int cells,
+                 std::int64_t* row) {
+    const int n = cells + 1;
+    const std::ptrdiff_t v_step = m.p_along * n + m.q_along, c_step = m.p_along * cells + m.q_along;
     for (int r = 0; r <= cells; row += ++r) {
         // The first even and the first odd place along the row; floor of the halves.
-        const int p = m.p0 + r * p_row, q = m.q0 + r * q_row, next_p = p + p_along, next_q = q + q_along;
+        const int p = m.p0 + r * m.p_row, q = m.q0 + r * m.q_row, next_p = p + m.p_along,
+                  next_q = q + m.q_along;
         const bool v_first = (p & 1) == 0;
         const int vp = v_first ? p : next_p, vq = v_first ? q : next_q;
         const int cp = v_first ? next_p : p, cq = v_first ? next_q : q;
@@ -37,6 +39,14 @@ std::vector<Value, BlockAllocator<Value>> gather(const Value* v, const Value* c,
         for (int k = v_first ? 0 : 1; k <= r; k += 2, at_v += v_step) row[k] = v[at_v];
         for (int k = v_first ? 1 : 0; k <= r; k += 2, at_c += c_step) row[k] = c[at_c];
     }
+}
+
+// The child's half in storage order.
+template <class Value>
+std::vector<Value, BlockAllocator<Value>> gather(const Value* v, const Value* c, DiamondId parent_id,
+                                                 const Half& child_half, int cells) {
+    std::vector<Value, BlockAllocator<Value>> out(half_vertex_count(cells));
+    gather_rows(v, c, row_map(parent_id, child_half, cells), cells, out.data());
     return out;
 }
 
@@ -69,8 +79,9 @@ void whole_heights(const HalfHeights& half0, const HalfHeights& half1, int cells
     out.n = cells + 1;
     out.has_half = {true, true};
     out.values.resize(static_cast<std::size_t>(out.n) * static_cast<std::size_t>(out.n));
-    fill_matrix([&](std::size_t k) { return half0.whole[k]; }, [&](std::size_t k) { return half1.whole[k]; },
-                cells, out.values.data());
+    const std::int32_t* row = half0.whole.data();
+    for (int i = 0; i <= cells; row += ++i) std::copy_n(row, i + 1, &out.values[matrix_index(i, 0, out.n)]);
+    transpose_half(half1.whole, cells, out.values.data());
 }
 
 HalfHeights gather_child(const RefinedHeights& parent, DiamondId parent_id, const Half& child_half) {

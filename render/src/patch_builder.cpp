@@ -17,14 +17,15 @@ std::shared_ptr<PatchMesh> PatchBuilder::build(const Half& half, const HalfHeigh
     auto out = std::make_shared<PatchMesh>();
     out->half = half;
     out->vertices.resize(heights.size());
-    const LatticePoint x = half.side == 0 ? half_frame(half, cells_).vertex(cells_, 0)
-                                          : half_frame(half, cells_).vertex(0, cells_);
+    const HalfFrame frame = half_frame(half, cells_);
+    const LatticePoint x = half.side == 0 ? frame.vertex(cells_, 0) : frame.vertex(0, cells_);
     const double metres = heights.fine.empty() ? quantum_ : quantum_ * kHeightFraction;
     const std::int64_t x_height = heights.fine.empty() ? heights.whole[half_vertex_index(cells_, 0)]
                                                        : heights.fine[half_vertex_index(cells_, 0)];
     out->anchor = vertex_position(body_, x, static_cast<double>(x_height) * metres, unit_);
 
-    const std::array<TangentTable, 3> tangents{{{half, 0, cells_}, {half, 1, cells_}, {half, 2, cells_}}};
+    const std::array<TangentTable, 3> tangents{
+        {{frame, half.side, 0, cells_}, {frame, half.side, 1, cells_}, {frame, half.side, 2, cells_}}};
     const PatchShape shape{cells_,
                            half.side,
                            body_.a() * body_.a(),

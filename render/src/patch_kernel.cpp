@@ -4,10 +4,10 @@
 #include <bit>
 #include <cassert>
 #include <cstddef>
-#include <cstring>
 
 #include "carat/globe/diamond.hpp"
 #include "carat/globe/patch.hpp"
+#include "whole_units.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "patch_kernel.cpp"
@@ -20,11 +20,14 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using D = hn::ScalableTag<double>;
 using V = hn::Vec<D>;
-using F = hn::Rebind<float, D>;
-using I32 = hn::Rebind<std::int32_t, D>;
 using I64 = hn::Rebind<std::int64_t, D>;
 using U64 = hn::Rebind<std::uint64_t, D>;
-using U32 = hn::Rebind<std::uint32_t, D>;
+// As many lanes as D has, and full vectors.
+using HalfF = hn::Rebind<float, D>;
+using HalfI32 = hn::Rebind<std::int32_t, D>;
+using HalfU32 = hn::Rebind<std::uint32_t, D>;
+using F = hn::ScalableTag<float>;
+using I32 = hn::ScalableTag<std::int32_t>;
 
 // Operators for the formula, which is written once for scalars and vectors.
 struct Lanes {
@@ -36,13 +39,10 @@ HWY_INLINE Lanes operator*(Lanes l, Lanes r) { return {hn::Mul(l.v, r.v)}; }
 HWY_INLINE Lanes operator/(Lanes l, Lanes r) { return {hn::Div(l.v, r.v)}; }
 HWY_INLINE Lanes root(Lanes x) { return {hn::Sqrt(x.v)}; }
 HWY_INLINE Lanes constant(double x, Lanes) { return {hn::Set(D(), x)}; }
-// Halves away from zero. x - trunc(x) is exact.
-HWY_INLINE Lanes round_away(Lanes x) {
-    const V whole = hn::Trunc(x.v), rest = hn::Abs(hn::Sub(x.v, whole));
-    const V one = hn::CopySign(hn::Set(D(), 1.0), x.v);
-    return {hn::IfThenElse(hn::Ge(rest, hn::Set(D(), 0.5)), hn::Add(whole, one), whole)};
+HWY_INLINE Lanes inverse_root_guess(Lanes x) {
+    const auto halved = hn::ShiftRight<1>(hn::BitCast(U64(), x.v));
+    return {hn::BitCast(D(), hn::Sub(hn::Set(U64(), 0x5FE6EB50C7B537A9), halved))};
 }
-
 #define VERTEX_FORMULA HWY_INLINE
 #include "vertex_formula.inc"
 #undef VERTEX_FORMULA
@@ -56,24 +56,36 @@ void Tangents(double* x, std::size_t count) {
     }
 }
 
-HWY_INLINE V load_heights(const std::int32_t* p) { return hn::PromoteTo(D(), hn::LoadU(I32(), p)); }
+HWY_INLINE V load_heights(const std::int32_t* p) { return hn::PromoteTo(D(), hn::LoadU(HalfI32(), p)); }
 HWY_INLINE V load_heights(const std::int64_t* p) { return hn::ConvertTo(D(), hn::LoadU(I64(), p)); }
 
-// Offsets of three rows of vertices at a time, whole numbers as doubles; the row before and after each row
-// and the vertex before its first may be read.
-constexpr int kMargin = 8, kPitch = kMargin + 129 + 31;
+// Three rows of vertices at a time: offsets in length units, rounded to vertices and not rounded for normals.
+// The row before and after each row and the vertex before its first may be read. Whatever lies beyond a row's
+// end is left from other rows, and comes to nothing.
+constexpr int kMargin = 16, kPitch = kMargin + 129 + 47;
 struct Row {
-    alignas(64) double x[kPitch], y[kPitch], z[kPitch];
-    alignas(64) float height[kPitch];
+    alignas(64) std::int64_t x[kPitch], y[kPitch], z[kPitch];
+    alignas(64) float fx[kPitch], fy[kPitch], fz[kPitch], height[kPitch];
+};
+struct Scratch {
+    Row rows[3];
+    alignas(64) std::int32_t normals[kPitch];
 };
 
 class Builder {
   public:
-    Builder(const PatchShape& shape, PatchVertex* vertices) : s_(shape), vertices_(vertices) {}
+    Builder(const PatchShape& shape, PatchVertex* vertices, Scratch& scratch)
+        : s_(shape), vertices_(vertices), scratch_(scratch) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            anchor_[k] = static_cast<double>(shape.anchor[k]);
+            // Modulo 2^64.
+            anchor_bits_[k] = static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(kWholeInMantissa) +
+                                                        static_cast<std::uint64_t>(shape.anchor[k]));
+        }
+    }
 
     template <class Height>
     void run(const Height* heights, std::size_t count) {
-        std::memset(rows_, 0, sizeof(rows_));
         for (int r = 0; r <= s_.cells; ++r) {
             positions(r, heights, count);
             if (r > 0) emit(r - 1);
@@ -83,11 +95,18 @@ class Builder {
     }
 
   private:
-    Row& row(int r) { return rows_[(r + 3) % 3]; }
+    Row& row(int r) { return scratch_.rows[(r + 3) % 3]; }
 
-    HWY_INLINE Lanes tangent(int axis, int r, int c) const {
-        const TangentTable& table = *s_.tangents[static_cast<std::size_t>(axis)];
-        return {table.along_row() ? hn::LoadU(D(), table.at(r) + c) : hn::Set(D(), *table.at(r))};
+    // The tangents of a row.
+    struct Tangent {
+        const double* at;
+        bool along_row;
+        HWY_INLINE Lanes operator()(int c) const {
+            return {along_row ? hn::LoadU(D(), at + c) : hn::Set(D(), *at)};
+        }
+    };
+    Tangent tangent(std::size_t axis, int r) const {
+        return {s_.tangents[axis]->at(r), s_.tangents[axis]->along_row()};
     }
 
     template <class Height>
@@ -97,57 +116,70 @@ class Builder {
         Row& out = row(r);
         const std::size_t first = half_vertex_index(r, 0);
         const Body<Lanes> body{{hn::Set(d, s_.a2)}, {hn::Set(d, s_.b2)}, {hn::Set(d, s_.per_unit)}};
+        const V metres = hn::Set(d, s_.metres);
+        const Tangent wx = tangent(0, r), wy = tangent(1, r), wz = tangent(2, r);
+        const Axis x(*this, 0), y(*this, 1), z(*this, 2);
         for (int c = 0; c <= r; c += lanes) {
             // The last vector may reach beyond the last height.
             const std::size_t k = first + static_cast<std::size_t>(c);
             V h;
-            if (k + static_cast<std::size_t>(lanes) <= count) {
+            if (HWY_LIKELY(k + static_cast<std::size_t>(lanes) <= count)) {
                 h = load_heights(heights + k);
             } else {
                 Height rest[64] = {};
                 std::copy(heights + k, heights + count, rest);
                 h = load_heights(rest);
             }
-            h = hn::Mul(h, hn::Set(d, s_.metres));
-            const std::array<Lanes, 3> p =
-                position(body, tangent(0, r, c), tangent(1, r, c), tangent(2, r, c), Lanes{h});
-            hn::StoreU(hn::Sub(round_away(p[0]).v, hn::Set(d, static_cast<double>(s_.anchor[0]))), d,
-                       out.x + kMargin + c);
-            hn::StoreU(hn::Sub(round_away(p[1]).v, hn::Set(d, static_cast<double>(s_.anchor[1]))), d,
-                       out.y + kMargin + c);
-            hn::StoreU(hn::Sub(round_away(p[2]).v, hn::Set(d, static_cast<double>(s_.anchor[2]))), d,
-                       out.z + kMargin + c);
-            hn::StoreU(hn::DemoteTo(F(), h), F(), out.height + kMargin + c);
+            h = hn::Mul(h, metres);
+            const std::array<Lanes, 3> p = position(body, wx(c), wy(c), wz(c), Lanes{h});
+            const int at = kMargin + c;
+            x.store(p[0].v, out.x + at, out.fx + at);
+            y.store(p[1].v, out.y + at, out.fy + at);
+            z.store(p[2].v, out.z + at, out.fz + at);
+            hn::StoreU(hn::DemoteTo(HalfF(), h), HalfF(), out.height + at);
         }
     }
+
+    struct Axis {
+        V anchor;
+        hn::Vec<I64> anchor_bits;  // of the anchor + kWholeInMantissa, modulo 2^64
+        HWY_INLINE Axis(const Builder& b, std::size_t axis)
+            : anchor(hn::Set(D(), b.anchor_[axis])), anchor_bits(hn::Set(I64(), b.anchor_bits_[axis])) {}
+
+        // As nearest_whole(), and the anchor subtracted in one.
+        HWY_INLINE void store(V place, std::int64_t* whole, float* real) const {
+            const auto bits = hn::BitCast(I64(), hn::Add(place, hn::Set(D(), kWholeInMantissa)));
+            hn::StoreU(hn::Sub(bits, anchor_bits), I64(), whole);
+            hn::StoreU(hn::DemoteTo(HalfF(), hn::Sub(place, anchor)), HalfF(), real);
+        }
+    };
 
     // Row r, the rows around it being there. Vectors that reach beyond a row's end are overwritten by the
     // next.
     void emit(int r) {
+        normals(r);
         const int lanes = static_cast<int>(hn::Lanes(D()));
         PatchVertex* const out = vertices_ + half_vertex_index(r, 0);
         const PatchVertex* const end = vertices_ + half_vertex_count(s_.cells);
         for (int c = 0; c <= r; c += lanes) {
-            if (out + c + lanes <= end) {
-                emit(r, c, out + c);
+            if (HWY_LIKELY(out + c + lanes <= end)) {
+                emit(row(r), kMargin + c, out + c);
             } else {
                 PatchVertex rest[64];
-                emit(r, c, rest);
+                emit(row(r), kMargin + c, rest);
                 std::copy(rest, rest + (end - (out + c)), out + c);
             }
         }
     }
 
-    HWY_INLINE void emit(int r, int c, PatchVertex* out) {
+    HWY_INLINE void emit(const Row& mid, int k, PatchVertex* out) const {
         const I64 i64;
         const U64 u64;
-        const Row& mid = row(r);
-        const int k = kMargin + c;
-        const auto x = hn::ConvertTo(i64, hn::LoadU(D(), mid.x + k));
-        const auto y = hn::ConvertTo(i64, hn::LoadU(D(), mid.y + k));
-        const auto z = hn::ConvertTo(i64, hn::LoadU(D(), mid.z + k));
-        const auto normal = hn::PromoteTo(u64, hn::BitCast(U32(), normals(r, k)));
-        const auto height = hn::PromoteTo(u64, hn::BitCast(U32(), hn::LoadU(F(), mid.height + k)));
+        const auto x = hn::LoadU(i64, mid.x + k), y = hn::LoadU(i64, mid.y + k),
+                   z = hn::LoadU(i64, mid.z + k);
+        const auto normal =
+            hn::PromoteTo(u64, hn::BitCast(HalfU32(), hn::LoadU(HalfI32(), scratch_.normals + k)));
+        const auto height = hn::PromoteTo(u64, hn::BitCast(HalfU32(), hn::LoadU(HalfF(), mid.height + k)));
         const auto last = hn::Or(normal, hn::ShiftLeft<32>(height));
         static_assert(offsetof(PatchVertex, normal) == 24 && offsetof(PatchVertex, height) == 28);
         static_assert(std::endian::native == std::endian::little);
@@ -156,36 +188,36 @@ class Builder {
     }
 
     // Octahedral, two int16 a lane.
-    HWY_INLINE hn::Vec<I32> normals(int r, int k) {
-        const D d;
+    void normals(int r) {
+        // Where side is 1, r is j: the other handedness.
+        const Row &mid = row(r), &less = row(s_.side == 1 ? r + 1 : r - 1),
+                  &more = row(s_.side == 1 ? r - 1 : r + 1);
+        const int lanes = static_cast<int>(hn::Lanes(F()));
+        for (int k = kMargin; k <= kMargin + r; k += lanes)
+            hn::StoreU(normal(less, mid, more, k), I32(), scratch_.normals + k);
+    }
+
+    HWY_INLINE hn::Vec<I32> normal(const Row& less, const Row& mid, const Row& more, int k) const {
         const F f;
-        const Row &up = row(r - 1), &mid = row(r), &down = row(r + 1);
-        const auto along = [&](const double* later, const double* earlier) {
-            return hn::DemoteTo(f, hn::Sub(hn::LoadU(d, later), hn::LoadU(d, earlier)));
-        };
-        const auto rx = along(down.x + k, up.x + k), ry = along(down.y + k, up.y + k),
-                   rz = along(down.z + k, up.z + k);
-        const auto cx = along(mid.x + k + 1, mid.x + k - 1), cy = along(mid.y + k + 1, mid.y + k - 1),
-                   cz = along(mid.z + k + 1, mid.z + k - 1);
+        const auto along = [&](const float* later, const float* earlier)
+                               HWY_ATTR { return hn::Sub(hn::LoadU(f, later), hn::LoadU(f, earlier)); };
+        const auto rx = along(more.fx + k, less.fx + k), ry = along(more.fy + k, less.fy + k),
+                   rz = along(more.fz + k, less.fz + k);
+        const auto cx = along(mid.fx + k + 1, mid.fx + k - 1), cy = along(mid.fy + k + 1, mid.fy + k - 1),
+                   cz = along(mid.fz + k + 1, mid.fz + k - 1);
         auto x = hn::Sub(hn::Mul(ry, cz), hn::Mul(rz, cy));
         auto y = hn::Sub(hn::Mul(rz, cx), hn::Mul(rx, cz));
         auto z = hn::Sub(hn::Mul(rx, cy), hn::Mul(ry, cx));
-        if (s_.side == 1) {  // r is j there: the other handedness
-            x = hn::Neg(x);
-            y = hn::Neg(y);
-            z = hn::Neg(z);
-        }
         auto sum = hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z));
         // Heights beyond any planet may fold a ring to nothing: its normal points outwards all the same.
         const auto flat = hn::Not(hn::Gt(sum, hn::Zero(f)));
         if (HWY_UNLIKELY(!hn::AllFalse(f, flat))) {
-            const auto place = [&](const double* p, std::size_t axis) {
-                return hn::DemoteTo(
-                    f, hn::Add(hn::LoadU(d, p), hn::Set(d, static_cast<double>(s_.anchor[axis]))));
+            const auto place = [&](const float* p, std::size_t axis) HWY_ATTR {
+                return hn::Add(hn::LoadU(f, p), hn::Set(f, static_cast<float>(anchor_[axis])));
             };
-            x = hn::IfThenElse(flat, place(mid.x + k, 0), x);
-            y = hn::IfThenElse(flat, place(mid.y + k, 1), y);
-            z = hn::IfThenElse(flat, place(mid.z + k, 2), z);
+            x = hn::IfThenElse(flat, place(mid.fx + k, 0), x);
+            y = hn::IfThenElse(flat, place(mid.fy + k, 1), y);
+            z = hn::IfThenElse(flat, place(mid.fz + k, 2), z);
             sum = hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z));
         }
         const auto one = hn::Set(f, 1.0f), share = hn::Div(one, sum);
@@ -193,9 +225,10 @@ class Builder {
         const auto lower = hn::Lt(z, hn::Zero(f));
         const auto folded_u = hn::CopySign(hn::Sub(one, hn::Abs(v)), u);
         const auto folded_v = hn::CopySign(hn::Sub(one, hn::Abs(u)), v);
-        const auto most = hn::Set(f, 32767.0f);
-        const auto iu = hn::NearestInt(hn::Mul(hn::IfThenElse(lower, folded_u, u), most));
-        const auto iv = hn::NearestInt(hn::Mul(hn::IfThenElse(lower, folded_v, v), most));
+        // 1.5 * 2^23: the sum has the number, rounded to a whole one, in its lowest bits.
+        const auto most = hn::Set(f, 32767.0f), whole = hn::Set(f, 12582912.0f);
+        const auto iu = hn::BitCast(I32(), hn::Add(hn::Mul(hn::IfThenElse(lower, folded_u, u), most), whole));
+        const auto iv = hn::BitCast(I32(), hn::Add(hn::Mul(hn::IfThenElse(lower, folded_v, v), most), whole));
         return hn::Or(hn::And(iu, hn::Set(I32(), 0xFFFF)), hn::ShiftLeft<16>(iv));
     }
 
@@ -214,60 +247,22 @@ class Builder {
 
     const PatchShape& s_;
     PatchVertex* vertices_;
-    Row rows_[3];
+    std::array<double, 3> anchor_{};
+    std::array<std::int64_t, 3> anchor_bits_{};
+    Scratch& scratch_;
 };
 
-void Build32(const PatchShape& shape, const std::int32_t* heights, std::size_t count, PatchVertex* out) {
-    Builder(shape, out).run(heights, count);
-}
-void Build64(const PatchShape& shape, const std::int64_t* heights, std::size_t count, PatchVertex* out) {
-    Builder(shape, out).run(heights, count);
+template <class Height>
+void Build(const PatchShape& shape, const Height* heights, std::size_t count, PatchVertex* out) {
+    thread_local Scratch scratch;
+    Builder(shape, out, scratch).run(heights, count);
 }
 
-void Range32(const std::int32_t* heights, int cells, WholeRange& out) {
-    const hn::ScalableTag<std::int32_t> d;
-    const hn::RebindToUnsigned<decltype(d)> u;
-    const int lanes = static_cast<int>(hn::Lanes(d));
-    auto least = hn::Set(d, heights[0]), greatest = least;
-    auto range = hn::Zero(u);
-    const auto odd = hn::Ne(hn::And(hn::Iota(d, 0), hn::Set(d, 1)), hn::Zero(d));
-    const auto widen = [&](auto x, auto y, auto z) HWY_ATTR {
-        const auto low = hn::Min(hn::Min(x, y), z), high = hn::Max(hn::Max(x, y), z);
-        least = hn::Min(least, low);
-        greatest = hn::Max(greatest, high);
-        // Exact in 32 bits without sign.
-        range = hn::Max(range, hn::Sub(hn::BitCast(u, high), hn::BitCast(u, low)));
-    };
-    const std::int32_t* row = heights;
-    std::int32_t low = heights[0], high = heights[0];
-    std::uint32_t most = 0;
-    const auto widen_one = [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-        const std::int32_t l = std::min({x, y, z}), h = std::max({x, y, z});
-        low = std::min(low, l);
-        high = std::max(high, h);
-        most = std::max(most, static_cast<std::uint32_t>(h) - static_cast<std::uint32_t>(l));
-    };
-    for (int r = 0; r < cells; row += ++r) {
-        const std::int32_t* const next = row + r + 1;
-        int c = 0;
-        // Main diagonals where r and c are both odd or both even; c is even here.
-        const auto main = (r & 1) == 0 ? hn::Not(odd) : odd;
-        for (; c + lanes <= r; c += lanes) {
-            const auto p = hn::LoadU(d, row + c), t = hn::LoadU(d, row + c + 1), q = hn::LoadU(d, next + c),
-                       s = hn::LoadU(d, next + c + 1);
-            widen(p, q, hn::IfThenElse(main, s, t));
-            widen(hn::IfThenElse(main, p, q), s, t);
-        }
-        for (; c < r; ++c) {
-            const bool m = main_diagonal(r, c);
-            widen_one(row[c], next[c], m ? next[c + 1] : row[c + 1]);
-            widen_one(m ? row[c] : next[c], next[c + 1], row[c + 1]);
-        }
-        widen_one(row[r], next[r], next[r + 1]);
-    }
-    out.least = std::min(low, hn::GetLane(hn::MinOfLanes(d, least)));
-    out.greatest = std::max(high, hn::GetLane(hn::MaxOfLanes(d, greatest)));
-    out.in_triangle = std::max(most, hn::GetLane(hn::MaxOfLanes(u, range)));
+void Build32(const PatchShape& shape, const std::int32_t* heights, std::size_t count, PatchVertex* out) {
+    Build(shape, heights, count, out);
+}
+void Build64(const PatchShape& shape, const std::int64_t* heights, std::size_t count, PatchVertex* out) {
+    Build(shape, heights, count, out);
 }
 
 }  // namespace carat::HWY_NAMESPACE
@@ -279,7 +274,6 @@ namespace carat {
 HWY_EXPORT(Tangents);
 HWY_EXPORT(Build32);
 HWY_EXPORT(Build64);
-HWY_EXPORT(Range32);
 
 void tangents_in_place(std::span<double> tangents) {
     assert(tangents.size() % 16 == 0);
@@ -288,11 +282,10 @@ void tangents_in_place(std::span<double> tangents) {
 
 // The coordinate is origin + i u + j v with u and v each 0 or +-step, so it takes few values. Along a row it
 // rises by one step, or falls: then the table is in descending order.
-TangentTable::TangentTable(const Half& half, int axis, int cells) {
-    const HalfFrame f = half_frame(half, cells);
+TangentTable::TangentTable(const HalfFrame& f, int side, int axis, int cells) {
     const auto sign = [](std::int64_t x) { return x > 0 ? 1 : x < 0 ? -1 : 0; };
     const std::int64_t u = f.u[axis], v = f.v[axis], step = std::max(std::abs(u), std::abs(v));
-    const int along_r = sign(half.side == 0 ? u : v), along_c = sign(half.side == 0 ? v : u);
+    const int along_r = sign(side == 0 ? u : v), along_c = sign(side == 0 ? v : u);
     assert(u == sign(u) * step && v == sign(v) * step);
     along_row_ = along_c != 0;
     const int direction = along_c < 0 ? -1 : 1;
@@ -319,13 +312,6 @@ void build_vertices(const PatchShape& shape, std::span<const std::int32_t> heigh
 }
 void build_vertices(const PatchShape& shape, std::span<const std::int64_t> heights, PatchVertex* vertices) {
     HWY_DYNAMIC_DISPATCH(Build64)(shape, heights.data(), heights.size(), vertices);
-}
-
-WholeRange whole_range(std::span<const std::int32_t> heights, int cells) {
-    assert(heights.size() == half_vertex_count(cells));
-    WholeRange out;
-    HWY_DYNAMIC_DISPATCH(Range32)(heights.data(), cells, out);
-    return out;
 }
 
 }  // namespace carat

@@ -15,7 +15,8 @@ namespace carat {
 // is at(r)[c], or *at(r) for all c where the coordinate is the same along a row.
 class TangentTable {
   public:
-    TangentTable(const Half& half, int axis, int cells);
+    // The frame of a half with that side and that many cells.
+    TangentTable(const HalfFrame& frame, int side, int axis, int cells);
 
     const double* at(int r) const { return tangents_.data() + first_ + r * per_row_; }
     bool along_row() const { return along_row_; }
@@ -44,12 +45,5 @@ struct PatchShape {
 // 2^-kHeightFractionBits of it, as shape.metres says.
 void build_vertices(const PatchShape& shape, std::span<const std::int32_t> heights, PatchVertex* vertices);
 void build_vertices(const PatchShape& shape, std::span<const std::int64_t> heights, PatchVertex* vertices);
-
-// Of the heights of a half: the least, the greatest, and the greatest range within one triangle.
-struct WholeRange {
-    std::int32_t least = 0, greatest = 0;
-    std::uint32_t in_triangle = 0;
-};
-WholeRange whole_range(std::span<const std::int32_t> heights, int cells);
 
 }  // namespace carat

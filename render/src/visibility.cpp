@@ -4,7 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "carat/globe/bounds.hpp"
+#include "carat/globe/patch.hpp"
+#include "half_kernel.hpp"
 #include "patch_kernel.hpp"
 #include "vector.hpp"
 
@@ -50,23 +51,46 @@ double least_cosine(const View& view, double corner_cosine, const HalfVolume& vo
 // Over a triangle of the grid, ellipsoid point and normal are their linear interpolation up to the sagittas
 // of curvature_bound(). So E(x) + h n(x) is within `slack` of a mean of the points E_i + h n_i, and these lie
 // between E_i + min n_i and E_i + max n_i. The hull is convex: it contains flat triangles between its points.
+HalfShape::HalfShape(const Ellipsoid& body, const Half& half)
+    : curvature_(curvature_bound(body, half, HalfVolume::kCells)) {
+    const HalfFrame frame = half_frame(half, HalfVolume::kCells);
+    Places w{}, normals{}, ground{};
+    static_assert(std::tuple_size_v<Places::value_type> >= HalfVolume::kPoints / 2);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        w[axis].fill(1);
+        const TangentTable table(frame, half.side, static_cast<int>(axis), HalfVolume::kCells);
+        std::size_t k = 0;
+        for (int r = 0; r <= HalfVolume::kCells; ++r)
+            for (int c = 0; c <= r; ++c, ++k) w[axis][k] = table.value(r, c);
+    }
+    normals_and_ground(body, w, normals, ground);
+    for (std::size_t k = 0; k < ground_.size(); ++k) {
+        normals_[k] = {normals[0][k], normals[1][k], normals[2][k]};
+        ground_[k] = {ground[0][k], ground[1][k], ground[2][k]};
+    }
+}
+
+HalfVolume HalfShape::volume(double min_height, double max_height, double margin) const {
+    HalfVolume volume;
+    for (std::size_t k = 0; k < ground_.size(); ++k) {
+        volume.points[2 * k] = add(ground_[k], scale(min_height, normals_[k]));
+        volume.points[2 * k + 1] = add(ground_[k], scale(max_height, normals_[k]));
+    }
+    volume.outwards = normals_[half_vertex_index(3, 1)];
+    const double highest = std::max(std::abs(min_height), std::abs(max_height));
+    volume.slack = curvature_.ellipsoid_sagitta + curvature_.normal_sagitta * highest + margin;
+    return volume;
+}
+
+CurvatureBound HalfShape::curvature(int cells) const {
+    const double finer = static_cast<double>(HalfVolume::kCells) / cells;  // exact, as are the products
+    return {curvature_.ellipsoid_sagitta * finer * finer, curvature_.normal_sagitta * finer * finer,
+            curvature_.normal_change * finer};
+}
+
 HalfVolume half_volume(const Ellipsoid& body, const Half& half, double min_height, double max_height,
                        double margin) {
-    HalfVolume volume;
-    const TangentTable x(half, 0, HalfVolume::kCells), y(half, 1, HalfVolume::kCells),
-        z(half, 2, HalfVolume::kCells);
-    std::size_t k = 0;
-    for (int r = 0; r <= HalfVolume::kCells; ++r)
-        for (int c = 0; c <= r; ++c) {
-            const Vec3 n = direction_from_tangents({x.value(r, c), y.value(r, c), z.value(r, c)});
-            volume.points[k++] = body.position(n, min_height);
-            volume.points[k++] = body.position(n, max_height);
-            if (r == 3 && c == 1) volume.outwards = n;
-        }
-    const CurvatureBound bound = curvature_bound(body, half, HalfVolume::kCells);
-    const double highest = std::max(std::abs(min_height), std::abs(max_height));
-    volume.slack = bound.ellipsoid_sagitta + bound.normal_sagitta * highest + margin;
-    return volume;
+    return HalfShape(body, half).volume(min_height, max_height, margin);
 }
 
 // The lowered ellipsoid. S lies outside the body's parallel surface at depth m = -min_height, whose support

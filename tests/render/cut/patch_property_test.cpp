@@ -1,6 +1,5 @@
 // Patches: positions bit for bit, watertight by identical integers, normals that agree.
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <cmath>
 #include <cstdio>
@@ -14,31 +13,10 @@
 #include "carat/render/patch_builder.hpp"
 #include "carat/render/vertex_position.hpp"
 #include "render/cut/support.hpp"
+#include "render/cut/vector_target.hpp"
 
 namespace carat::test {
 namespace {
-
-std::vector<std::int64_t> vector_targets() {
-    std::vector<std::int64_t> out;
-    for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1)
-        out.push_back(left & -left);
-    return out;
-}
-
-// Has the library choose this one of Highway's targets while it lives.
-class OneVectorTarget {
-  public:
-    explicit OneVectorTarget(std::int64_t target) {
-        hwy::SetSupportedTargetsForTest(target);
-        hwy::GetChosenTarget().Update(target);
-    }
-    ~OneVectorTarget() {
-        hwy::SetSupportedTargetsForTest(0);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    }
-    OneVectorTarget(const OneVectorTarget&) = delete;
-    OneVectorTarget& operator=(const OneVectorTarget&) = delete;
-};
 
 // The fast way to a position is the slow way, to the last bit, on every vector unit that the processor has
 // and without one; and the slow way is the ellipsoid's, up to rounding.

@@ -72,5 +72,6 @@ int deepest_refinable_level(int p);
 // Upper bound, metres, of the distance between the flat patch of a half at or below the leaves and S, from
 // the half's own heights.
 double leaf_delta(const Ellipsoid& body, const Half& half, const HalfRange& range, int cells);
+double leaf_delta(const CurvatureBound& curvature, const HalfRange& range);  // the half's, of its cells
 
 }  // namespace carat

@@ -2,8 +2,8 @@
 //
 //   w = (t(X/2^30), t(Y/2^30), t(Z/2^30))           t(x) = tan(pi/4 x), exactly x at -1, 0, 1, and odd
 //   e = (a^2 wx, a^2 wy, b^2 wz)                     a point of the ellipsoid is e / sqrt(e . w)
-//   position = e / sqrt(e . w) + h w / |w|           both roots under one division
-//   vertex = round(position / u), halves away from zero
+//   position = e / sqrt(e . w) + h w / |w|           1 / (both roots) by four of Newton's steps
+//   vertex = round(position / u), halves to even
 //
 // t is Cephes' rational approximation (Moshier 1989), within 2 ulp. Against Ellipsoid::position() of
 // direction(), which takes the C library's tangent, the position differs by at most kPositionRounding length

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 
+#include "carat/globe/bounds.hpp"
 #include "carat/globe/diamond.hpp"
 #include "carat/globe/ellipsoid.hpp"
 #include "carat/render/view.hpp"
@@ -22,7 +23,20 @@ struct HalfVolume {
     Vec3 outwards{};  // a unit normal amid the half
     double slack = 0;
 };
-// min_height <= max_height in metres; margin (metres) is added to the slack.
+// What the volumes of a half have in common whatever its heights. Thread-safe.
+class HalfShape {
+  public:
+    HalfShape(const Ellipsoid& body, const Half& half);
+    // min_height <= max_height in metres; margin (metres) is added to the slack.
+    HalfVolume volume(double min_height, double max_height, double margin) const;
+    // curvature_bound() of the half; cells a power of two.
+    CurvatureBound curvature(int cells) const;
+
+  private:
+    std::array<Vec3, HalfVolume::kPoints / 2> ground_{}, normals_{};  // metres, height 0; unit
+    CurvatureBound curvature_;                                        // of HalfVolume::kCells
+};
+// HalfShape(body, half).volume(min_height, max_height, margin)
 HalfVolume half_volume(const Ellipsoid& body, const Half& half, double min_height, double max_height,
                        double margin);
 
