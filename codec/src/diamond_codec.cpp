@@ -73,20 +73,28 @@ std::uint64_t cost_of(const Coding& coding, const RangeInput& input, const std::
     return gamma_cost(index, input.rows, input.m - 1, 2);
 }
 
-// Fills prediction and indices of C with the cheapest order; true if any index is not zero.
-bool choose_centres(const Coding& coding, const std::int32_t* vertices, const RefinedHeights& ref,
-                    std::int32_t radius, Order& order, CodecScratch& s) {
-    const RangeInput input = centres_input(vertices, ref.n, radius);
+struct CentresChoice {
+    Order order = Order::four;
+    Activity activity = Activity::window;
+    bool any = false;  // an index that is not zero
+};
+
+// Fills prediction and indices of C with the cheapest order.
+CentresChoice choose_centres(const Coding& coding, const std::int32_t* vertices, const RefinedHeights& ref,
+                             std::int32_t radius, CodecScratch& s) {
+    RangeInput input = centres_input(vertices, ref.n, radius);
+    const bool range = coding.coder == CoderId::range;
+    CentresChoice choice{};
     assert((coding.orders & 0b111) != 0);
     const auto quantised = [&](Order o, std::vector<std::int32_t>& index) {
         kernel::predict(vertices, ref.n, o, s.prediction.data());
         return kernel::quantize(ref.c.data(), s.prediction.data(), index.size(), radius, index.data());
     };
     std::uint64_t best = 0;
-    bool any = false, first = true;
-    Order last = order;
-    const bool single = std::has_single_bit(coding.orders & 0b111);
-    if (!single && coding.coder == CoderId::range) range_prepare_cost(input, *s.range);
+    bool first = true;
+    Order last = choice.order;
+    const bool single = !range && std::has_single_bit(coding.orders & 0b111);
+    if (range) range_prepare_cost(input, *s.range);
     for (const Order o : {Order::four, Order::six, Order::two}) {  // order 4 where all are as good
         if ((coding.orders >> static_cast<unsigned>(o) & 1) == 0) continue;
         s.trial.resize(ref.c.size());
@@ -96,13 +104,17 @@ bool choose_centres(const Coding& coding, const std::int32_t* vertices, const Re
         if (!first && cost >= best) continue;
         first = false;
         best = cost;
-        order = o;
-        any = nonzero;
+        choice.order = o;
+        choice.any = nonzero;
         std::swap(s.trial, s.indices_c);
         if (!nonzero) break;
     }
-    if (last != order) kernel::predict(vertices, ref.n, order, s.prediction.data());
-    return any;
+    if (last != choice.order) kernel::predict(vertices, ref.n, choice.order, s.prediction.data());
+    if (!range || !choice.any) return choice;
+    input.activity = Activity::corners;
+    range_prepare_cost(input, *s.range);
+    if (cost_of(coding, input, s.indices_c, s) < best) choice.activity = Activity::corners;
+    return choice;
 }
 
 void predict_vertices(Mode mode, Order order, std::span<const std::int32_t> p, const RefinedHeights& out,
@@ -172,8 +184,9 @@ void range_matrix(const Coding& coding, const RangeInput& input, const std::vect
 }
 
 void range_blob(const Coding& coding, Mode mode, std::span<const std::int32_t> p, std::int32_t radius,
-                const RefinedHeights& out, EncodedResiduals& e, CodecScratch& s) {
-    const RangeInput c = centres_input(mode == Mode::paper ? p.data() : out.v.data(), out.n, radius);
+                Activity activity, const RefinedHeights& out, EncodedResiduals& e, CodecScratch& s) {
+    RangeInput c = centres_input(mode == Mode::paper ? p.data() : out.v.data(), out.n, radius);
+    c.activity = activity;
     if (mode == Mode::interpolating) return range_matrix(coding, c, s.indices_c, s, e.blob);
     const RangeInput v = vertices_input(mode, p.data(), out, radius);
     std::vector<std::byte> first, second;
@@ -234,13 +247,14 @@ EncodedResiduals encode_residuals(const Coding& coding, Mode mode, std::span<con
     e.info.mode = mode;
     if (mode == Mode::filtered) encode_vertices(mode, e.info.order, p, ref, radius, out, s);
     const std::int32_t* predicting = mode == Mode::paper ? p.data() : out.v.data();
-    const bool any = choose_centres(coding, predicting, ref, radius, e.info.order, s);
+    const CentresChoice choice = choose_centres(coding, predicting, ref, radius, s);
+    e.info.order = choice.order;
     kernel::reconstruct(s.prediction.data(), s.indices_c.data(), out.c.size(), 2 * radius + 1, out.c.data());
     if (mode == Mode::paper) encode_vertices(mode, e.info.order, p, ref, radius, out, s);
     const bool has_v = mode != Mode::interpolating;
-    if (!any && (!has_v || all_zero(s.indices_v))) return e;
+    if (!choice.any && (!has_v || all_zero(s.indices_v))) return e;
     if (coding.coder == CoderId::range) {
-        range_blob(coding, mode, p, radius, out, e, s);
+        range_blob(coding, mode, p, radius, choice.activity, out, e, s);
         if (e.blob.size() > kMostBytesToTryGamma) return e;
     }
     // A sparse diamond is decoded several times as fast by gamma, and is often no longer.

@@ -7,8 +7,8 @@
 
 namespace carat::kernel {
 
-// out: n x n, rows i >= j for side 0, i <= j for side 1; v: n x n, c: (n-1) x (n-1) of the parent.
-void gather_half(const std::int32_t* v, const std::int32_t* c, int n, const ChildMap& map, int side,
+// out: n x n, of which `part` is written; v: n x n, c: (n-1) x (n-1) of the parent.
+void gather_half(const std::int32_t* v, const std::int32_t* c, int n, const ChildMap& map, Triangle part,
                  std::int32_t* out);
 
 }  // namespace carat::kernel

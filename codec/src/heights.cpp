@@ -27,8 +27,12 @@ ChildMap child_map([[maybe_unused]] DiamondId parent, const Half& child_half, in
 
 void gather_half(const RefinedHeights& parent, DiamondId parent_id, const Half& child_half,
                  std::int32_t* out) {
-    const ChildMap map = child_map(parent_id, child_half, parent.n - 1);
-    kernel::gather_half(parent.v.data(), parent.c.data(), parent.n, map, child_half.side, out);
+    gather_half(parent, child_map(parent_id, child_half, parent.n - 1),
+                child_half.side == 0 ? Triangle::left_lower : Triangle::right_upper, out);
+}
+
+void gather_half(const RefinedHeights& parent, const ChildMap& map, Triangle part, std::int32_t* out) {
+    kernel::gather_half(parent.v.data(), parent.c.data(), parent.n, map, part, out);
 }
 
 }  // namespace carat

@@ -188,11 +188,117 @@ HWY_INLINE void predict_all(const std::int32_t* in, std::ptrdiff_t width, Order 
     }
 }
 
+// --- orders 4 and 6 of narrow samples: sums along each row of vertices once, then sums of those ---
+
+constexpr std::ptrdiff_t kFoldPitch = 128, kFoldRows = 8;  // cells of a row at most; a power of two
+
+// Of a vertex row, by column of cells: its share in the cells beside it, in those one row on, and two rows
+// on.
+struct Folds {
+    alignas(64) std::int32_t beside[kFoldRows][kFoldPitch], next[kFoldRows][kFoldPitch],
+        outer[kFoldRows][kFoldPitch];
+};
+
+// Columns begin, begin + 1, ... of a row to `count` or up to a vector more: reads, and writes, that much.
+template <bool kSix>
+HWY_INLINE void fold_row(const std::int32_t* row, std::ptrdiff_t count, std::size_t at, Folds& folds) {
+    const hn::ScalableTag<std::int32_t> d;
+    for (std::ptrdiff_t j = 0; j < count; j += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
+        const auto pair = [&](std::ptrdiff_t k) CARAT_INLINE_LAMBDA {
+            return hn::Add(hn::LoadU(d, row + j - k), hn::LoadU(d, row + j + 1 + k));
+        };
+        const auto times = [&](auto x, std::int32_t w)
+                               CARAT_INLINE_LAMBDA { return hn::Mul(x, hn::Set(d, w)); };
+        const auto inner = pair(0), sides = pair(1);
+        if constexpr (kSix) {
+            const auto five = hn::Add(sides, hn::ShiftLeft<2>(sides)), far = pair(2);
+            const auto sides27 = hn::Sub(hn::ShiftLeft<5>(sides), five);
+            const auto thrice = hn::Add(inner, hn::ShiftLeft<1>(inner));
+            hn::Store(hn::Add(hn::Sub(times(inner, 174), sides27), hn::Add(far, hn::ShiftLeft<1>(far))), d,
+                      folds.beside[at] + j);
+            hn::Store(hn::Sub(hn::ShiftLeft<1>(sides), times(thrice, 9)), d, folds.next[at] + j);
+            hn::Store(thrice, d, folds.outer[at] + j);
+        } else {
+            const auto five = hn::Add(inner, hn::ShiftLeft<2>(inner));
+            hn::Store(hn::Sub(hn::ShiftLeft<1>(five), sides), d, folds.beside[at] + j);
+            hn::Store(inner, d, folds.next[at] + j);
+        }
+    }
+}
+
+// Row i of cells, out of folds of the vertex rows around it; up to a vector more than `count` is written.
+template <bool kSix>
+HWY_INLINE void sum_folds(const Folds& folds, std::size_t i, std::ptrdiff_t count, std::int32_t* out) {
+    const hn::ScalableTag<std::int32_t> d;
+    const auto row = [&](const auto& of, std::size_t k) CARAT_INLINE_LAMBDA { return of[k % kFoldRows]; };
+    for (std::ptrdiff_t j = 0; j < count; j += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
+        const auto two = [&](const auto& of, std::size_t k) CARAT_INLINE_LAMBDA {
+            return hn::Add(hn::Load(d, row(of, i - k) + j), hn::Load(d, row(of, i + 1 + k) + j));
+        };
+        const auto beside = two(folds.beside, 0), next = two(folds.next, 1);
+        if constexpr (kSix) {
+            const auto sum = hn::Add(hn::Add(beside, next), two(folds.outer, 2));
+            hn::StoreU(hn::ShiftRight<9>(hn::Add(sum, hn::Set(d, 256))), d, out + j);
+        } else {
+            hn::StoreU(hn::ShiftRight<5>(hn::Add(hn::Sub(beside, next), hn::Set(d, 16))), d, out + j);
+        }
+    }
+}
+
+// Cells of a border column; a, b: sums of the two samples of a row there, from one row above the cell on.
+HWY_INLINE std::int32_t one_sided_narrow(const std::int32_t* sums) {
+    return (9 * (sums[1] + sums[2]) - (sums[0] + sums[3]) + 16) >> 5;
+}
+
+// As predict_all<true>. Rows are written some values too far; what follows is written later.
+template <bool kSix>
+HWY_INLINE void predict_folded(const std::int32_t* in, std::ptrdiff_t width, std::int32_t* out) {
+    constexpr std::ptrdiff_t kReach = kSix ? 2 : 1;  // cells along the border that have a rule of their own
+    const std::ptrdiff_t cells = width - 1, last = width - 2, count = cells - 2 * kReach;
+    std::int32_t left[kFoldPitch + 1], right[kFoldPitch + 1], end[2 * kFoldPitch] = {};
+    for (std::ptrdiff_t i = 0; i < width; ++i) {
+        left[i] = in[i * width] + in[i * width + 1];
+        right[i] = in[i * width + last] + in[i * width + last + 1];
+    }
+    std::copy_n(in + cells * width, width, end);  // with something behind it
+    Folds folds;
+    const auto row_of_cells = [&](std::ptrdiff_t i, auto interior) CARAT_INLINE_LAMBDA {
+        std::int32_t* to = out + i * cells;
+        interior(in + i * width, to);
+        to[0] = one_sided_narrow(left + i - 1);
+        to[last] = one_sided_narrow(right + i - 1);
+    };
+    const auto all_order4 = [&](const std::int32_t* row, std::int32_t* to)
+                                CARAT_INLINE_LAMBDA { order4_cells<true>(row, width, 1, last, to); };
+    border_row<true>(in, in + width, width, out);
+    if (kSix) row_of_cells(1, all_order4);
+    for (std::ptrdiff_t v = 0; v < width; ++v) {
+        const std::int32_t* vertices = v < cells ? in + v * width : end;
+        fold_row<kSix>(vertices + kReach, count, static_cast<std::size_t>(v % kFoldRows), folds);
+        const std::ptrdiff_t i = v - kReach - 1;
+        if (i < kReach) continue;
+        row_of_cells(i, [&](const std::int32_t* row, std::int32_t* to) CARAT_INLINE_LAMBDA {
+            sum_folds<kSix>(folds, static_cast<std::size_t>(i), count, to + kReach);
+            if (!kSix) return;
+            order4_cells<true>(row, width, 1, 2, to);
+            order4_cells<true>(row, width, last - 1, last, to);
+        });
+    }
+    if (kSix) row_of_cells(last - 1, all_order4);
+    border_row<true>(in + last * width, in + (last + 1) * width, width, out + last * cells);
+}
+
 void Predict(const std::int32_t* in, int m, Order order, std::int32_t* out) {
-    if (are_narrow(in, static_cast<std::ptrdiff_t>(m) * m))
-        predict_all<true>(in, m, order, out);
-    else
+    const hn::ScalableTag<std::int32_t> d;
+    const bool roomy = static_cast<std::size_t>(m) >= hn::Lanes(d) + 8;  // for what is read too far
+    if (!are_narrow(in, static_cast<std::ptrdiff_t>(m) * m))
         predict_all<false>(in, m, order, out);
+    else if (order == Order::four && roomy)
+        predict_folded<false>(in, m, out);
+    else if (order == Order::six && roomy)
+        predict_folded<true>(in, m, out);
+    else
+        predict_all<true>(in, m, order, out);
 }
 
 constexpr std::uint32_t kMostDifference = 1u << 23;
@@ -241,19 +347,12 @@ HWY_INLINE void weigh_row(const std::uint32_t* in, std::ptrdiff_t cells, std::ui
     });
 }
 
-void CellActivity(const std::int32_t* in, int size, const ActivityScale& scale, ActivityScratch& scratch,
-                  std::uint32_t* out) {
-    const std::ptrdiff_t m = size, cells = m - 1, stride = m + 2;
-    scratch.vertices.resize(static_cast<std::size_t>(m * stride));
-    scratch.rows.resize(static_cast<std::size_t>((m + 2) * cells));
-    // rows: cell columns of vertex rows -1 .. m
-    // One sweep after another: a row that was just stored cannot be read at another alignment without a
-    // stall.
-    std::uint32_t* vertices = scratch.vertices.data() + 1;
-    for (std::ptrdiff_t i = 0; i < m; ++i) vertex_row(in, m, i, scale.shift, vertices + i * stride);
-    for (std::ptrdiff_t i = 0; i < m; ++i)
-        weigh_row(vertices + i * stride, cells, scratch.rows.data() + (i + 1) * cells);
-    std::uint32_t* rows = scratch.rows.data();
+// Around each cell: rows of `vertices` are `stride` apart.
+HWY_INLINE void window_activity(const std::int32_t* in, std::ptrdiff_t m, const ActivityScale& scale,
+                                const std::uint32_t* vertices, std::ptrdiff_t stride, std::uint32_t* rows,
+                                std::uint32_t* out) {
+    const std::ptrdiff_t cells = m - 1;
+    for (std::ptrdiff_t i = 0; i < m; ++i) weigh_row(vertices + i * stride, cells, rows + (i + 1) * cells);
     std::copy(rows + cells, rows + 2 * cells, rows);
     std::copy(rows + m * cells, rows + (m + 1) * cells, rows + (m + 1) * cells);
     for (std::ptrdiff_t i = 0; i < cells; ++i)
@@ -269,6 +368,45 @@ void CellActivity(const std::int32_t* in, int size, const ActivityScale& scale, 
                                      hn::ShiftLeft<3>(magnitude(d, twist, scale.shift)));
             hn::StoreU(hn::Add(sum, hn::Set(d, 24 * scale.step)), d, out + i * cells + j);
         });
+}
+
+// At each cell's corners.
+HWY_INLINE void corner_activity(const std::int32_t* in, std::ptrdiff_t m, const ActivityScale& scale,
+                                const std::uint32_t* vertices, std::ptrdiff_t stride, std::uint32_t* out) {
+    const std::ptrdiff_t cells = m - 1;
+    for (std::ptrdiff_t i = 0; i < cells; ++i)
+        for_lanes(0, cells, [&](auto ds, std::ptrdiff_t j) CARAT_INLINE_LAMBDA {
+            const hn::RebindToUnsigned<decltype(ds)> d;
+            const std::uint32_t *r = vertices + i * stride + j, *s = r + stride;
+            const auto rough = hn::Add(hn::Add(hn::LoadU(d, r), hn::LoadU(d, r + 1)),
+                                       hn::Add(hn::LoadU(d, s), hn::LoadU(d, s + 1)));
+            const std::int32_t *p = in + i * m + j, *q = p + m;
+            const auto ka = load_unsigned(d, p), kb = load_unsigned(d, p + 1), kc = load_unsigned(d, q),
+                       kd = load_unsigned(d, q + 1);
+            const auto total = hn::Add(hn::Add(ka, kb), hn::Add(kc, kd));
+            const auto off = [&](auto x) CARAT_INLINE_LAMBDA {
+                return magnitude(d, hn::Sub(hn::ShiftLeft<2>(x), total), scale.shift);
+            };
+            const auto spread = hn::Add(hn::Add(off(ka), off(kb)), hn::Add(off(kc), off(kd)));
+            const auto seven = hn::Sub(hn::ShiftLeft<3>(spread), spread);
+            const auto sum = hn::Add(hn::Add(hn::ShiftLeft<2>(rough), rough), seven);
+            hn::StoreU(hn::Add(sum, hn::Set(d, 24 * scale.step)), d, out + i * cells + j);
+        });
+}
+
+void CellActivity(const std::int32_t* in, int size, const ActivityScale& scale, Activity kind,
+                  ActivityScratch& scratch, std::uint32_t* out) {
+    const std::ptrdiff_t m = size, cells = m - 1, stride = m + 2;
+    scratch.vertices.resize(static_cast<std::size_t>(m * stride));
+    scratch.rows.resize(static_cast<std::size_t>((m + 2) * cells));
+    // One sweep after another: a row that was just stored cannot be read at another alignment without a
+    // stall.
+    std::uint32_t* vertices = scratch.vertices.data() + 1;
+    for (std::ptrdiff_t i = 0; i < m; ++i) vertex_row(in, m, i, scale.shift, vertices + i * stride);
+    if (kind == Activity::corners)
+        corner_activity(in, m, scale, vertices, stride, out);
+    else
+        window_activity(in, m, scale, vertices, stride, scratch.rows.data(), out);
 }
 
 // x >= 1.
@@ -379,9 +517,9 @@ HWY_EXPORT(Quantize);
 void predict(const std::int32_t* in, int m, Order order, std::int32_t* out) {
     HWY_DYNAMIC_DISPATCH(Predict)(in, m, order, out);
 }
-void cell_activity(const std::int32_t* in, int m, const ActivityScale& scale, ActivityScratch& scratch,
-                   std::uint32_t* out) {
-    HWY_DYNAMIC_DISPATCH(CellActivity)(in, m, scale, scratch, out);
+void cell_activity(const std::int32_t* in, int m, const ActivityScale& scale, Activity kind,
+                   ActivityScratch& scratch, std::uint32_t* out) {
+    HWY_DYNAMIC_DISPATCH(CellActivity)(in, m, scale, kind, scratch, out);
 }
 void contexts(const std::uint32_t* activity, const std::uint8_t* neighbours, std::uint32_t weight,
               std::size_t count, int bias, std::uint8_t base, std::uint8_t* out) {

@@ -23,6 +23,10 @@ struct ActivityScale {
     std::uint32_t step = 1;  // (2 radius + 1) >> shift, 1 to 4095
 };
 
+// How rough a matrix is around a cell, as contexts see it: in a window, best on terrain that is smooth, or at
+// the cell's corners alone, best where it has edges.
+enum class Activity : std::uint8_t { window = 0, corners = 1 };
+
 namespace kernel {
 
 // carat::predict_centres.
@@ -30,9 +34,10 @@ void predict(const std::int32_t* in, int m, Order order, std::int32_t* out);
 
 // out[cell], (m-1) x (m-1): how rough the m x m matrix is around each cell. With D = |second difference along
 // i| + |along j| of a vertex, each shifted and at most 2^23: D weighted 1 2 2 1 x 1 2 2 1 over the 4 x 4
-// vertices around the cell, plus 8 |twist of the cell|, plus 24 steps. docs/format.md, "Contexts".
-void cell_activity(const std::int32_t* in, int m, const ActivityScale& scale, ActivityScratch& scratch,
-                   std::uint32_t* out);
+// vertices around the cell, plus 8 |twist of the cell|, plus 24 steps; or 5 times D of its corners plus 7
+// times the sum of |4 corner - sum of corners|, plus 24 steps. docs/format.md, "Contexts".
+void cell_activity(const std::int32_t* in, int m, const ActivityScale& scale, Activity kind,
+                   ActivityScratch& scratch, std::uint32_t* out);
 
 // out[k] = base + clamp(floor((8 log2 u + bias) / 2), 0, 63) of u = activity[k] + weight * neighbours[k]
 // (neighbours null: none), the logarithm piecewise linear: 8 floor(log2 u) + the three bits below the

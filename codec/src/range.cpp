@@ -70,7 +70,7 @@ void prepare(const RangeInput& in, RangeScratch& s) {
     const Passes passes(in.rows);
     const ActivityScale scale(in.radius);
     s.activity.resize(square(in.m - 1));
-    kernel::cell_activity(in.known, in.m, scale, s.activity_scratch, s.activity.data());
+    kernel::cell_activity(in.known, in.m, scale, in.activity, s.activity_scratch, s.activity.data());
     for (auto* both : {&s.context, &s.token})
         for (auto& x : *both) x.resize(passes.size());
     for (auto& x : s.pass_activity) x.resize(passes.size());
@@ -304,7 +304,7 @@ void range_prepare_cost(const RangeInput& in, RangeScratch& s) {
     const ActivityScale scale(in.radius);
     s.activity.resize(square(in.rows));
     s.cost_context.resize(square(in.rows));
-    kernel::cell_activity(in.known, in.m, scale, s.activity_scratch, s.activity.data());
+    kernel::cell_activity(in.known, in.m, scale, in.activity, s.activity_scratch, s.activity.data());
     for (int i = 0; i < in.rows; i += kCostRows) {
         const std::size_t at = static_cast<std::size_t>(i) * static_cast<std::size_t>(in.rows);
         kernel::contexts(s.activity.data() + at, nullptr, 0, static_cast<std::size_t>(in.rows),
@@ -355,7 +355,8 @@ void range_encode(const RangeTables::Model& model, const RangeInput& in, std::sp
         for (std::size_t k = counts[p]; k-- > 0;)
             encoder.put(x[k & (states - 1)], s.context[p][k], s.token[p][k]);
 
-    out.push_back(static_cast<std::byte>(log2_states | (choice.offset - kLeastOffset) << 3));
+    out.push_back(static_cast<std::byte>(log2_states | (choice.offset - kLeastOffset) << 3 |
+                                         static_cast<int>(in.activity) << 7));
     const std::vector<std::byte> first = write_states({x.data(), states});
     append(out, first.data(), first.size());
     append(
@@ -364,13 +365,14 @@ void range_encode(const RangeTables::Model& model, const RangeInput& in, std::sp
     if (raw.size() > 2 * states) append(out, raw.data() + 2 * states, raw.size() - 2 * states);
 }
 
-void range_decode(const RangeTables::Model& model, const RangeInput& in, std::span<const std::byte> bytes,
+void range_decode(const RangeTables::Model& model, const RangeInput& input, std::span<const std::byte> bytes,
                   RangeScratch& s, std::span<std::int32_t> index) {
     if (bytes.empty()) throw Error(ErrorCode::truncated, "range code is empty");
     const auto head = static_cast<unsigned>(bytes[0]);
-    if (head >= 128 || (head & 7) > kMostLog2States)
-        throw Error(ErrorCode::corrupt, "unknown form of a range code");
-    const int states = 1 << (head & 7), offset = static_cast<int>(head >> 3) + kLeastOffset;
+    if ((head & 7) > kMostLog2States) throw Error(ErrorCode::corrupt, "unknown form of a range code");
+    const int states = 1 << (head & 7), offset = static_cast<int>(head >> 3 & 15) + kLeastOffset;
+    RangeInput in = input;
+    in.activity = static_cast<Activity>(head >> 7);
     StateRun run;
     s.code.resize(bytes.size() - 1 + kStatePadding);
     std::copy(bytes.begin() + 1, bytes.end(), s.code.begin());

@@ -23,7 +23,8 @@ namespace carat {
 struct RangeInput {
     const std::int32_t* known;
     int m, rows;
-    std::int32_t radius;  // quantiser's
+    std::int32_t radius;                   // quantiser's
+    Activity activity = Activity::window;  // what an encoder takes; a decoder is told by the code
 };
 
 // Reused between calls; one per thread.
@@ -44,8 +45,9 @@ void range_encode(const RangeTables::Model& model, const RangeInput& input,
                   std::span<const std::int32_t> index, RangeScratch& scratch, RangeStatistics* statistics,
                   std::vector<std::byte>& out);
 
-// Compares matrices of indices that the same `known` predicts: prepare once, then an estimate in 1/256 bit of
-// what range_encode would append for each, from a part of the rows. rows = m - 1.
+// Compares matrices of indices, and activities, where the same `known` predicts: prepare once an activity,
+// then an estimate in 1/256 bit of what range_encode would append for each, from a part of the rows. rows = m
+// - 1.
 void range_prepare_cost(const RangeInput& input, RangeScratch& scratch);
 std::uint64_t range_cost(const RangeTables::Model& model, std::span<const std::int32_t> index, int rows,
                          const RangeScratch& scratch);

@@ -18,7 +18,7 @@ inline constexpr std::array<Golden, 7> kGolden{{
     {"deep_patch.carat", 0xC121181BEAD6061Eu},
     {"zero_pages.carat", 0xFD2D055B55D21818u},
     {"range.carat", 0xF6FE7CD9EF454173u},
-    {"fitted.carat", 0x2A6E83A5F15E7181u},
+    {"fitted.carat", 0x2AB4E7CB1BACC091u},
 }};
 
 }  // namespace carat::test

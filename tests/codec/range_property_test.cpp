@@ -153,7 +153,8 @@ TEST(Range, CodesComeBackOnEveryTargetWithTheSameBytes) {
         const int m = std::array{5, 9, 17, 33, 65, 64}[static_cast<std::size_t>(random.integer(0, 5))];
         const int rows = m - 1 - (random.chance(0.3) ? 1 : 0);
         const Matrices x = random_matrices(random, m, rows, random.chance(0.3));
-        const RangeInput in{x.known.data(), m, rows, static_cast<std::int32_t>(random.integer(0, 1 << 12))};
+        const RangeInput in{x.known.data(), m, rows, static_cast<std::int32_t>(random.integer(0, 1 << 12)),
+                            random.chance(0.5) ? Activity::corners : Activity::window};
         std::vector<std::byte> first;
         on_every_target([&] {
             RangeScratch scratch;
@@ -182,40 +183,67 @@ TEST(Range, CutCodesAreRefused) {
         EXPECT_THROW(range_decode(model, in, std::span(bytes).first(length), scratch, back), Error) << length;
 }
 
+bool lies_in(Triangle part, int n, int i, int j) {
+    switch (part) {
+        case Triangle::left_lower:
+            return i >= j;
+        case Triangle::right_upper:
+            return i <= j;
+        case Triangle::left_upper:
+            return i + j <= n - 1;
+        case Triangle::right_lower:
+            break;
+    }
+    return i + j >= n - 1;
+}
+
+// Against the map's definition; what lies outside the half stays as it was.
+void expect_gathered(Random& random, int n, const ChildMap& m, Triangle part) {
+    std::vector<std::int32_t> v(static_cast<std::size_t>(n * n)),
+        c(static_cast<std::size_t>((n - 1) * (n - 1))), out(v.size(), 5);
+    for (auto& x : v) x = static_cast<std::int32_t>(random.bits());
+    for (auto& x : c) x = static_cast<std::int32_t>(random.bits());
+    kernel::gather_half(v.data(), c.data(), n, m, part, out.data());
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            const std::int32_t got = out[static_cast<std::size_t>(i * n + j)];
+            if (!lies_in(part, n, i, j)) {
+                ASSERT_EQ(got, 5) << "outside the half";
+                continue;
+            }
+            const int p = m.p0 + i * m.pi + j * m.pj, q = m.q0 + i * m.qi + j * m.qj;
+            ASSERT_EQ(got, p % 2 == 0 ? v[static_cast<std::size_t>(p / 2 * n + q / 2)]
+                                      : c[static_cast<std::size_t>(p / 2 * (n - 1) + q / 2)])
+                << n << ' ' << i << ' ' << j;
+        }
+}
+
+// Rows counted from the other end.
+ChildMap upside_down(ChildMap m, int cells) {
+    m.p0 += cells * m.pi;
+    m.q0 += cells * m.qi;
+    m.pi = -m.pi;
+    m.qi = -m.qi;
+    return m;
+}
+
 TEST(GatherHalf, TakesVerticesAndCentresWhereTheMapSays) {
     Random random;
     SCOPED_TRACE(random.trace());
     on_every_target([&] {
-        for (const int n : {5, 9, 17, 33, 65, 129}) {
-            std::vector<std::int32_t> v(static_cast<std::size_t>(n * n)),
-                c(static_cast<std::size_t>((n - 1) * (n - 1)));
-            for (auto& x : v) x = static_cast<std::int32_t>(random.bits());
-            for (auto& x : c) x = static_cast<std::int32_t>(random.bits());
+        for (const int n : {5, 9, 17, 33, 65, 129})
             for (const DiamondId parent : {root_diamond(0), child(root_diamond(3), 1)})
                 for (const DiamondId child : children(parent))
                     for (const int side : {0, 1}) {
                         const Half half{child, side};
                         const auto inside = parent_half(half);
                         if (!inside || inside->diamond != parent) continue;
-                        const ChildMap map = child_map(parent, half, n - 1);
-                        std::vector<std::int32_t> out(v.size(), 5);
-                        kernel::gather_half(v.data(), c.data(), n, map, side, out.data());
-                        for (int i = 0; i < n; ++i)
-                            for (int j = 0; j < n; ++j) {
-                                const std::int32_t got = out[static_cast<std::size_t>(i * n + j)];
-                                if (side == 0 ? j > i : j < i) {
-                                    ASSERT_EQ(got, 5) << "outside the half";
-                                    continue;
-                                }
-                                const int p = map.p0 + i * map.pi + j * map.pj,
-                                          q = map.q0 + i * map.qi + j * map.qj;
-                                const std::int32_t want =
-                                    p % 2 == 0 ? v[static_cast<std::size_t>(p / 2 * n + q / 2)]
-                                               : c[static_cast<std::size_t>(p / 2 * (n - 1) + q / 2)];
-                                ASSERT_EQ(got, want) << n << ' ' << i << ' ' << j;
-                            }
+                        const ChildMap m = child_map(parent, half, n - 1);
+                        expect_gathered(random, n, m,
+                                        side == 0 ? Triangle::left_lower : Triangle::right_upper);
+                        expect_gathered(random, n, upside_down(m, n - 1),
+                                        side == 0 ? Triangle::left_upper : Triangle::right_lower);
                     }
-        }
     });
 }
 

@@ -715,7 +715,16 @@ struct RangeReader {
         return scaled(at(i, y - 1) - 2 * at(i, y) + at(i, y + 1)) +
                scaled(at(x - 1, j) - 2 * at(x, j) + at(x + 1, j));
     }
-    std::int64_t activity(int i, int j) const {
+    std::int64_t corner_activity(int i, int j) const {
+        const std::array<std::int64_t, 4> corners{at(i, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)};
+        const std::int64_t total = corners[0] + corners[1] + corners[2] + corners[3];
+        std::int64_t sum = 24 * scaled_step();
+        for (const std::int64_t corner : corners) sum += 7 * scaled(4 * corner - total);
+        return sum +
+               5 * (roughness(i, j) + roughness(i, j + 1) + roughness(i + 1, j) + roughness(i + 1, j + 1));
+    }
+    std::int64_t activity(bool corners, int i, int j) const {
+        if (corners) return corner_activity(i, j);
         const std::array<std::int64_t, 4> weight{1, 2, 2, 1};
         std::int64_t sum = 24 * scaled_step();
         for (int a = 0; a < 4; ++a)
@@ -731,8 +740,8 @@ struct RangeReader {
 
     Matrix read(const std::vector<std::uint8_t>& bytes) const {
         demand(!bytes.empty(), "an empty range code");
-        const int head = bytes[0], states = 1 << (head % 8), offset = head / 8 - 8;
-        demand(head < 128 && head % 8 <= 5, "form of a range code");
+        const int head = bytes[0], states = 1 << (head % 8), offset = head / 8 % 16 - 8;
+        demand(head % 8 <= 5, "form of a range code");
         // The states, then 16-bit words.
         const std::vector<std::uint8_t> code(bytes.begin() + 1, bytes.end());
         Bits first{code};
@@ -758,7 +767,7 @@ struct RangeReader {
             for (int i = 0; i < rows; ++i)
                 for (int j = 0; j < rows; ++j) {
                     if ((i + j) % 2 != pass) continue;
-                    std::int64_t u = activity(i, j);
+                    std::int64_t u = activity(head >= 128, i, j);
                     const auto neighbour = [&](int r, int c) {
                         if (r < 0 || c < 0 || r >= rows || c >= rows) return;
                         u += 48 * scaled_step() * magnitude(before[static_cast<std::size_t>(r * rows + c)]);

@@ -38,9 +38,15 @@ struct ChildMap {
 };
 ChildMap child_map(DiamondId parent, const Half& child_half, int cells);
 
+// Half of an N x N matrix, its diagonal included: i >= j, i <= j, i + j <= N - 1, i + j >= N - 1.
+enum class Triangle : std::uint8_t { left_lower, right_upper, left_upper, right_lower };
+
 // Copies the child's half from its refined parent (vertices i >= j for side 0, i <= j for side 1) into out, N
 // x N. The parent is carat::parent(child_half.diamond, child_half.side).
 void gather_half(const RefinedHeights& parent, DiamondId parent_id, const Half& child_half,
                  std::int32_t* out);
+// The same for rows and columns of one's own choice: `map` leads from them to the parent, and the half is
+// `part`.
+void gather_half(const RefinedHeights& parent, const ChildMap& map, Triangle part, std::int32_t* out);
 
 }  // namespace carat
