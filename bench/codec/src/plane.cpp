@@ -7,11 +7,12 @@
 #include "carat/codec/predict.hpp"
 #include "carat/codec/quantize.hpp"
 #include "cycles.hpp"
+#include "plane_rim.hpp"
 
 namespace carat::bench {
 namespace {
 
-constexpr int kN = kPlaneN, kCells = kPlaneCells, kFadeRows = 16;
+constexpr int kN = kPlaneN, kCells = kPlaneCells;
 
 std::size_t vertex(int i, int j) { return static_cast<std::size_t>(i * kN + j); }
 std::size_t cell(int i, int j) { return static_cast<std::size_t>(i * kCells + j); }
@@ -35,9 +36,11 @@ std::int32_t radius_of(const Raster& shape, double tolerance) {
 }
 
 // Bits of the root code: the median predictor of the left, upper and upper left index, Elias-gamma coded.
-std::size_t root_code_bytes(const std::vector<std::int32_t>& index) {
+// Outside the raster the index becomes what is predicted.
+std::size_t root_code_bytes(std::vector<std::int32_t>& index, const PlanePlan& plan) {
     std::uint64_t bits = 0;
-    for (int i = 0; i < kN; ++i)
+    for (int i = 0; i < kN; ++i) {
+        const Columns inside = columns_inside(plan.steps[0].frame, plan, i, 0);
         for (int j = 0; j < kN; ++j) {
             std::int32_t guess = 0;
             if (i > 0 && j > 0) {
@@ -46,26 +49,13 @@ std::size_t root_code_bytes(const std::vector<std::int32_t>& index) {
             } else if (i + j > 0) {
                 guess = i == 0 ? index[vertex(0, j - 1)] : index[vertex(i - 1, 0)];
             }
+            if (j < inside.begin || j >= inside.end) index[vertex(i, j)] = guess;
             const std::int64_t d = std::int64_t{index[vertex(i, j)]} - guess;
             const auto code = static_cast<std::uint64_t>(d >= 0 ? 2 * d : -2 * d - 1) + 1;
             bits += 2 * static_cast<std::uint64_t>(std::bit_width(code)) - 1;
         }
+    }
     return static_cast<std::size_t>((bits + 7) / 8);
-}
-
-// Vertices of the absent half: the mirrored ones, faded to the mean, so that nothing there is worth coding.
-void fade_in_mirror(std::vector<std::int32_t>& p, int side) {
-    std::int64_t sum = 0, count = 0;
-    for_side(kN, 1 - side, [&](int i, int j) {
-        sum += p[vertex(i, j)];
-        ++count;
-    });
-    const std::int64_t mean = sum / count;
-    for_side(kN, side, [&](int i, int j) {
-        const int weight = std::max(0, kFadeRows - std::abs(i - j));
-        if (i != j)
-            p[vertex(i, j)] = static_cast<std::int32_t>(mean + (p[vertex(j, i)] - mean) * weight / kFadeRows);
-    });
 }
 
 void mirror(RefinedHeights& r, int side) {
@@ -113,7 +103,7 @@ void PlaneCodec::keep_root(const std::vector<std::int32_t>& reference) {
     root_.resize(reference.size());
     std::transform(reference.begin(), reference.end(), root_.begin(),
                    [&](std::int32_t h) { return quantize(h, kernel_.radius()); });
-    root_bytes_ = root_code_bytes(root_);
+    root_bytes_ = root_code_bytes(root_, plan_);
     for (std::int32_t& h : root_) h = dequantize(h, kernel_.radius());
 }
 
@@ -188,41 +178,58 @@ void PlaneCodec::pass_up(const PlaneStep& step, const std::vector<std::int32_t>&
     }
 }
 
-const RefinedHeights& PlaneCodec::reference_of(std::size_t k, Order absent_order) {
+// What lies outside the raster nobody asks for: there the reference is what will be predicted.
+const RefinedHeights& PlaneCodec::reference_of(std::size_t k, Order outside_order) {
     const PlaneStep& step = plan_.steps[k];
     if (kernel_.choice().mode == Mode::interpolating)
         sample_reference(step, reference_);
     else
         reference_ = references_[k];
-    const int absent = absent_side(step);
-    if (absent < 0) return reference_;
-    predict_centres(p_.data(), kN, absent_order, predicted_.data());
-    for_side(kN, absent, [&](int i, int j) {
-        if (i != j) reference_.v[vertex(i, j)] = p_[vertex(i, j)];
-    });
-    for_side(kCells, absent, [&](int i, int j) {
-        if (i != j) reference_.c[cell(i, j)] = predicted_[cell(i, j)];
-    });
+    if (lies_inside(step.frame)) return reference_;
+    predict_centres(p_.data(), kN, outside_order, predicted_.data());
+    const auto take_outside = [&](int first, const std::vector<std::int32_t>& from,
+                                  std::vector<std::int32_t>& to) {
+        const int size = kN - first;
+        for (int i = 0; i < size; ++i) {
+            const Columns c = columns_inside(step.frame, plan_, i, first);
+            for (int j = 0; j < size; ++j) {
+                const auto at = static_cast<std::size_t>(i * size + j);
+                if (j < c.begin || j >= c.end) to[at] = from[at];
+            }
+        }
+    };
+    take_outside(0, p_, reference_.v);
+    take_outside(1, predicted_, reference_.c);
     return reference_;
 }
 
-void PlaneCodec::assemble(const PlaneStep& step) {
-    if (step.level == 0) {
-        std::copy(root_.begin(), root_.end(), p_.begin());
-        return;
-    }
-    for (std::size_t side = 0; side < 2; ++side)
-        if (step.has[side])
-            gather_half(slots_[static_cast<std::size_t>(step.parent_slot[side])], step.parent[side],
-                        {step.id, static_cast<int>(side)}, p_.data());
-    if (const int absent = absent_side(step); absent >= 0) fade_in_mirror(p_, absent);
+// A root that is a leaf lies along the raster, like all leaves.
+void PlaneCodec::take_root(const PlaneStep& step) {
+    const PixelFrame& f = step.frame;
+    const auto from_first = [](int sign, int at) { return sign > 0 ? at : kCells - at; };
+    for (int i = 0; i < kN; ++i)
+        for (int j = 0; j < kN; ++j) {
+            const int a = from_first(f.ux + f.uy, i), b = from_first(f.vx + f.vy, j);
+            const std::size_t along = f.ux != 0 ? vertex(b, a) : vertex(a, b);
+            p_[step.slot < 0 ? along : vertex(i, j)] = root_[vertex(i, j)];
+        }
 }
 
-// A diamond at the rim is coded with each order by itself: what is absent must be what that order predicts.
+void PlaneCodec::assemble(const PlaneStep& step) {
+    if (step.level == 0) take_root(step);
+    for (std::size_t side = 0; side < 2; ++side)
+        if (step.parent_slot[side] >= 0)
+            gather_half(slots_[static_cast<std::size_t>(step.parent_slot[side])], step.map[side],
+                        step.part[side], p_.data());
+    if (step.slot >= 0 && !lies_inside(step.frame)) fill_outside(step, plan_, p_);
+}
+
+// A diamond at the rim is coded with each order by itself: what lies outside must be what that order
+// predicts.
 EncodedResiduals PlaneCodec::encode_step(std::size_t k) {
     RefinedHeights& out = slots_[static_cast<std::size_t>(plan_.steps[k].slot)];
     scratch_.statistics = statistics_.get();
-    if (absent_side(plan_.steps[k]) < 0)
+    if (lies_inside(plan_.steps[k].frame))
         return kernel_.encode(p_, reference_of(k, Order::four), out, scratch_);
     EncodedResiduals best;
     RefinedHeights trial;
@@ -276,24 +283,45 @@ std::size_t PlaneCodec::encode(const Raster& raster) {
     return blobs_.size() + kIndexBytes * plan_.refined + root_bytes_ + kernel_.table_bytes();
 }
 
-void PlaneCodec::store_leaf(const PlaneStep& step, Raster& out) const {
-    const PixelFrame& f = step.frame;
-    const bool i_along_x = f.ux != 0;
-    const int x_sign = i_along_x ? f.ux : f.vx, y_sign = i_along_x ? f.vy : f.uy;
-    const int x_stride = (i_along_x ? kN : 1) * x_sign, y_stride = (i_along_x ? 1 : kN) * y_sign;
+// The part of the raster that is a leaf's.
+struct PlaneCodec::Window {
+    int width, height;
+    std::size_t first, stride;
+
+    std::size_t row(int y) const { return first + static_cast<std::size_t>(y) * stride; }
+};
+
+PlaneCodec::Window PlaneCodec::window(const PlaneStep& leaf, const Raster& out) {
+    const PixelFrame& f = leaf.frame;
+    const int x_sign = f.ux + f.vx, y_sign = f.uy + f.vy;
     const int left = x_sign > 0 ? f.x / 2 : f.x / 2 - kCells, top = y_sign > 0 ? f.y / 2 : f.y / 2 - kCells;
-    const int width = std::min(kN, out.width - left), height = std::min(kN, out.height - top);
-    for (int y = 0; y < height; ++y) {
-        const std::int32_t* from = p_.data() + (x_sign > 0 ? 0 : -kCells * x_stride) +
-                                   (y_sign > 0 ? 0 : -kCells * y_stride) + y * y_stride;
-        const std::ptrdiff_t to = static_cast<std::ptrdiff_t>(top + y) * out.width + left;
+    const auto stride = static_cast<std::size_t>(out.width);
+    return {std::min(kN, out.width - left), std::min(kN, out.height - top),
+            static_cast<std::size_t>(top) * stride + static_cast<std::size_t>(left), stride};
+}
+
+// The rows lie far apart, where no processor expects them: they are fetched while the leaf is gathered.
+void PlaneCodec::fetch_leaf(const PlaneStep& step, Raster& out) {
+    const Window w = window(step, out);
+    const std::size_t size = out.integer ? sizeof(std::int16_t) : sizeof(float);
+    char* const bytes =
+        out.integer ? reinterpret_cast<char*>(out.whole.data()) : reinterpret_cast<char*>(out.real.data());
+    for (int y = 0; y < w.height; ++y)
+        for (std::size_t at = 0; at < size * static_cast<std::size_t>(w.width); at += 64)
+            __builtin_prefetch(bytes + size * w.row(y) + at, 1, 2);
+}
+
+void PlaneCodec::store_leaf(const PlaneStep& step, Raster& out) const {
+    const Window w = window(step, out);
+    for (int y = 0; y < w.height; ++y) {
+        const std::int32_t *from = p_.data() + vertex(y, 0), *end = from + w.width;
+        const std::size_t to = w.row(y);
         if (out.integer)
-            for (int x = 0; x < width; ++x)
-                out.whole[static_cast<std::size_t>(to + x)] = static_cast<std::int16_t>(from[x * x_stride]);
+            std::transform(from, end, out.whole.data() + to,
+                           [](std::int32_t h) { return static_cast<std::int16_t>(h); });
         else
-            for (int x = 0; x < width; ++x)
-                out.real[static_cast<std::size_t>(to + x)] =
-                    static_cast<float>(from[x * x_stride] * quantum_);
+            std::transform(from, end, out.real.data() + to,
+                           [q = quantum_](std::int32_t h) { return static_cast<float>(h * q); });
     }
 }
 
@@ -302,6 +330,7 @@ void PlaneCodec::decode(Raster& out) {
     for (std::size_t k = 0; k < plan_.steps.size(); ++k) {
         const PlaneStep& step = plan_.steps[k];
         const std::uint64_t t0 = cycles_now();
+        if (step.slot < 0) fetch_leaf(step, out);
         assemble(step);
         const std::uint64_t t1 = cycles_now();
         cycles_.gather += t1 - t0;
@@ -311,8 +340,10 @@ void PlaneCodec::decode(Raster& out) {
             continue;
         }
         const Coded& c = coded_[k];
-        kernel_.decode(c.info, std::span(blobs_).subspan(c.offset, c.bytes), p_, kN,
-                       slots_[static_cast<std::size_t>(step.slot)], scratch_);
+        RefinedHeights& refined = slots_[static_cast<std::size_t>(step.slot)];
+        std::swap(refined.v, p_);
+        kernel_.decode(c.info, std::span(blobs_).subspan(c.offset, c.bytes), refined.v, kN, refined,
+                       scratch_);
         cycles_.kernel += cycles_now() - t1;
     }
 }

@@ -56,10 +56,48 @@ class Planner {
             step.parent_step[side] = visit(step.parent[side]);
         }
         step.frame = pixel_frame({d, step.has[0] ? 0 : 1});
+        find_maps(step);
         const int index = static_cast<int>(plan_.steps.size());
         plan_.steps.push_back(step);
         known_.emplace(d, index);
         return index;
+    }
+
+    void find_maps(PlaneStep& step) const {
+        for (std::size_t side = 0; side < 2; ++side) {
+            if (step.parent_step[side] < 0) continue;
+            step.map[side] = child_map(step.parent[side], {step.id, static_cast<int>(side)}, kPlaneCells);
+            if (step.level == 2 * plan_.k) along_raster(step.frame, step.map[side], step.part[side]);
+        }
+    }
+
+    // Rows go down the raster and columns to its right instead of along the half's own axes.
+    static void along_raster(const PixelFrame& f, ChildMap& m, Triangle& part) {
+        const auto reverse = [](int& at, int& step) {
+            at += kPlaneCells * step;
+            step = -step;
+        };
+        const bool turned = f.ux != 0, flip_i = f.ux + f.uy < 0, flip_j = f.vx + f.vy < 0;
+        if (flip_i) {
+            reverse(m.p0, m.pi);
+            reverse(m.q0, m.qi);
+        }
+        if (flip_j) {
+            reverse(m.p0, m.pj);
+            reverse(m.q0, m.qj);
+        }
+        bool lower = part == Triangle::left_lower;  // i >= j, before and after flipping i and j
+        if (flip_i && flip_j) lower = !lower;
+        if (flip_i == flip_j) {
+            if (turned) lower = !lower;
+            part = lower ? Triangle::left_lower : Triangle::right_upper;
+        } else {  // N - 1 - i >= j, or i >= N - 1 - j
+            part = lower == flip_i ? Triangle::left_upper : Triangle::right_lower;
+        }
+        if (turned) {
+            std::swap(m.pi, m.pj);
+            std::swap(m.qi, m.qj);
+        }
     }
 
     // One cell of the frame is two half cells, one sample two half samples.

@@ -3,10 +3,10 @@
 // The plane is the face +z of the cube of globe/, cut to the raster. With N = 65 the face carries a square of
 // S = 64 * 2^k + 1 samples at level 2k, the least square that covers the raster: sample (x, y) is the lattice
 // point at (x, y) * 2^(25 - k) from the face's corner. Levels 0 .. 2k-1 are refined, where a diamond is
-// needed for a leaf (level 2k) that holds a sample; places outside the raster take the nearest sample.
+// needed for a leaf (level 2k) that holds a sample.
 //
-//   odd diamonds on the rim   have one half inside the face. The other half's vertices are the mirrored ones,
-//                             faded to the mean within 16 rows, and its residuals are zero
+//   outside the raster        vertices are the mean of the diamond's vertices inside; nothing is coded: the
+//                             residuals there are zero
 //   roots                     one face: the raw vertices, charged as the root code of docs/format.md
 //   size                      blobs + 4 bytes of index a refined diamond + roots + tables
 //
@@ -40,6 +40,9 @@ struct PlaneStep {
     std::array<DiamondId, 2> parent{};  // of each half
     std::array<int, 2> parent_step{-1, -1};
     std::array<int, 2> parent_slot{-1, -1};
+    std::array<ChildMap, 2>
+        map{};  // from rows and columns of a half to its parent: a leaf's are the raster's
+    std::array<Triangle, 2> part{Triangle::left_lower, Triangle::right_upper};
     int slot = -1;  // of its own refined heights; -1: a leaf
     int level = 0;
     PixelFrame frame;
@@ -95,8 +98,12 @@ class PlaneCodec {
     bool lies_inside(const PixelFrame& frame) const;
     void filter_references();
     void pass_up(const PlaneStep& step, const std::vector<std::int32_t>& p);
-    const RefinedHeights& reference_of(std::size_t step, Order absent_order);
+    const RefinedHeights& reference_of(std::size_t step, Order outside_order);
     void assemble(const PlaneStep& step);
+    void take_root(const PlaneStep& step);
+    struct Window;
+    static Window window(const PlaneStep& leaf, const Raster& out);
+    static void fetch_leaf(const PlaneStep& step, Raster& out);
     void store_leaf(const PlaneStep& step, Raster& out) const;
 
     double quantum_;
