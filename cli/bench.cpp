@@ -45,6 +45,7 @@ void add_bench(CLI::App& app, Globals& globals) {
     add_bench_scaling(sub, globals);
     add_bench_stability(sub, globals);
     add_bench_look(sub, globals);
+    add_bench_shimmer(sub, globals);
     add_bench_watertight(sub, globals);
     add_bench_error(sub, globals);
 #else

@@ -17,6 +17,7 @@ void add_bench_deadline(CLI::App& bench, Globals& globals);
 void add_bench_scaling(CLI::App& bench, Globals& globals);
 void add_bench_stability(CLI::App& bench, Globals& globals);
 void add_bench_look(CLI::App& bench, Globals& globals);
+void add_bench_shimmer(CLI::App& bench, Globals& globals);
 void add_bench_watertight(CLI::App& bench, Globals& globals);
 void add_bench_error(CLI::App& bench, Globals& globals);
 

@@ -112,13 +112,15 @@ class Pilot {
         row.where = flight_.at(row.time);
         row.where.width = o_.size[0];
         row.where.image_height = o_.size[1];
-        const View view(body_, row.where);
-        const RefinedFrame refined = refiner_.frame(view, o_.goal, budget());
+        const ViewRequest drawn = drawn_view(o_.look, row.where);
+        const View view(body_, drawn);
+        const RefinedFrame refined = refiner_.frame(view, goal(), budget());
         if (!o_.budget && !refined.converged)
             throw Error(ErrorCode::limit, fmt::format("frame {} needs more than --memory allows", k + 1));
         row.cut = refined.counters;
+        row.cut.worst_error /= o_.look.supersample;
         row.converged = refined.converged;
-        renderer_->submit(draw_request(o_.look, row.where, view, body_), refined.draw);
+        renderer_->submit(draw_request(o_.look, drawn, view, body_), refined.draw);
         std::optional<Frame> done;
         if (renderer_->frames_in_flight() == kFramesInFlight) done = renderer_->collect();
         row.frame_ms = milliseconds_since(started);
@@ -152,10 +154,19 @@ class Pilot {
         return budget;
     }
 
+    // In pixels as drawn.
+    RefineGoal goal() const {
+        RefineGoal goal = o_.goal;
+        goal.threshold *= o_.look.supersample;
+        goal.spacing *= o_.look.supersample;
+        return goal;
+    }
+
     void land(Frame& frame) {
         FrameRow row = std::move(under_way_.front());
         under_way_.pop_front();
         const auto started = Clock::now();
+        frame.colour = shrunk(frame.colour, o_.look.supersample);
         tone_map(frame.colour, o_.look.tone);
         sink_.add(frame.colour);
         row.write_ms = milliseconds_since(started);

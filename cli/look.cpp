@@ -122,6 +122,18 @@ void add_look_options(CLI::App& sub, Look& o) {
     sub.add_option("--samples", o.samples, "A pixel: 1, 2, 4 (default) or 8")
         ->check(CLI::IsMember({1, 2, 4, 8}))
         ->group(group);
+    sub.add_option(
+           "--supersample", o.supersample,
+           "Draw N x N pixels for one and average them, against flicker; with --samples each (default 1)")
+        ->type_name("N")
+        ->check(between(1, 8))
+        ->group(group);
+}
+
+ViewRequest drawn_view(const Look& look, ViewRequest where) {
+    where.width *= look.supersample;
+    where.image_height *= look.supersample;
+    return where;
 }
 
 DrawRequest draw_request(const Look& look, const ViewRequest& where, const View& view,

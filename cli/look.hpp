@@ -26,6 +26,7 @@ struct Look {
     bool sky = false, water = false;
     double wind = 5;  // m/s
     int samples = 4;
+    int supersample = 1;  // pixels either way, drawn for one
 };
 
 // --colors; null where none are asked for. Throws what read_colours() throws.
@@ -35,6 +36,9 @@ std::optional<ColourTable> chosen_colours(const Look& look);
 std::shared_ptr<const ColourRepository> draped_colours(const Look& look);
 
 void add_look_options(CLI::App& sub, Look& look);
+
+// What is drawn for `where`: with more pixels, if they are to be averaged (shrunk()).
+ViewRequest drawn_view(const Look& look, ViewRequest where);
 
 // What to draw, AOVs aside. Throws Error(usage) for values out of range.
 DrawRequest draw_request(const Look& look, const ViewRequest& where, const View& view, const Ellipsoid& body);

@@ -141,16 +141,19 @@ int run(Options o, const Globals& globals) {
     check_output(o.output, o.overwrite);
     check_output(o.stats, o.overwrite);
     o.aovs.check_output(o.output);
+    if (o.look.supersample > 1 && o.aovs.wanted().any())
+        throw Error(ErrorCode::usage, "--supersample averages pixels, which only --aov color may be");
     std::optional<tbb::global_control> threads;
     if (o.threads > 0)
         threads.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(o.threads));
 
     const auto file = Repository::open(o.file);
     const Ellipsoid body = file->header().ellipsoid();
-    const View view(body, o.view);
+    const ViewRequest drawn = drawn_view(o.look, o.view);
+    const View view(body, drawn);
     const auto colours = chosen_colours(o.look);
     const auto draped = draped_colours(o.look);
-    DrawRequest request = draw_request(o.look, o.view, view, body);
+    DrawRequest request = draw_request(o.look, drawn, view, body);
     request.aovs = o.aovs.wanted();
     warn_about_eye(file, o.view);
 
@@ -160,15 +163,18 @@ int run(Options o, const Globals& globals) {
     Renderer renderer(body, view.unit(), o.renderer);
     if (colours) renderer.set_colours(*colours);
     stats.device = renderer.device_name();
-    const DrawList list = converged_cut(*file, view, o.error, o.spacing, draped);
+    const DrawList list =
+        converged_cut(*file, view, o.error * o.look.supersample, o.spacing * o.look.supersample, draped);
     Frame frame = renderer.draw(request, list.meshes);
     for (const std::string& message : renderer.messages()) throw Error(ErrorCode::io, "Vulkan: " + message);
+    frame.colour = shrunk(frame.colour, o.look.supersample);
     if (!is_exr(o.output)) tone_map(frame.colour, o.look.tone);
     write_picture(o.output, o.aovs.assemble(frame, {list, request.camera, body, view.unit()}, o.output));
 
     stats.camera = request.camera;
     stats.unit = view.unit();
     stats.cut = list.counters;
+    stats.cut.worst_error /= o.look.supersample;
     stats.frame = frame.counters;
     stats.file_bytes = file->file_bytes();
     stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -56,6 +56,9 @@ TEST_F(Render, AovsNeedExr) {
     const Outcome r = carat("render a.carat --eye 0,0,1e7 --aov depth -o a.png");
     EXPECT_EQ(r.exit, 2);
     EXPECT_TRUE(contains(r.err, ".exr")) << r.err;
+    const Outcome averaged = carat("render a.carat --eye 0,0,1e7 --aov color,depth --supersample 2 -o a.exr");
+    EXPECT_EQ(averaged.exit, 2);
+    EXPECT_NE(averaged.err.find("--supersample"), std::string::npos) << averaged.err;
     const Outcome unknown = carat("render a.carat --eye 0,0,1e7 --aov warmth -o a.exr");
     EXPECT_EQ(unknown.exit, 2);
     EXPECT_TRUE(contains(unknown.err, "warmth")) << unknown.err;
@@ -95,6 +98,21 @@ TEST_F(Render, ChannelsOfAovs) {
     const double nx = image.at(16, 10, "normal.X"), ny = image.at(16, 10, "normal.Y"),
                  nz = image.at(16, 10, "normal.Z");
     EXPECT_NEAR(nx * nx + ny * ny + nz * nz, 1, 1e-3);
+}
+
+// --supersample 2 is the picture of twice the size at twice the error, averaged.
+TEST_F(Render, SupersampledPixelsAreAveraged) {
+    CARAT_NEEDS_VULKAN();
+    const std::string view = "render -q a.carat --eye 30,60,2e6 --samples 1 ";
+    ASSERT_EQ(carat(view + "--size 32x20 --error 1 --spacing 3 --supersample 2 -o a.exr").exit, 0);
+    ASSERT_EQ(carat(view + "--size 64x40 --error 2 --spacing 6 -o b.exr").exit, 0);
+    const Image small = read_image(path("a.exr")), large = read_image(path("b.exr"));
+    for (int y = 0; y < 20; ++y)
+        for (int x = 0; x < 32; ++x) {
+            double sum = 0;
+            for (const int k : {0, 1, 2, 3}) sum += large.at(2 * x + k % 2, 2 * y + k / 2, "G");
+            EXPECT_NEAR(small.at(x, y, "G"), sum / 4, 2e-3) << x << ' ' << y;  // halves in the files
+        }
 }
 
 TEST_F(Render, StatisticsAreJson) {

@@ -133,6 +133,25 @@ void tone_map(Picture& picture, Tone tone) {
     });
 }
 
+Picture shrunk(const Picture& p, int factor) {
+    if (factor == 1) return p;
+    Picture out{p.width / factor, p.height / factor, p.channels, {}, p.attributes};
+    const std::size_t channels = p.channels.size(), row = static_cast<std::size_t>(out.width) * channels;
+    out.values.resize(static_cast<std::size_t>(out.height) * row);
+    const float share = 1.0f / static_cast<float>(factor * factor);
+    tbb::parallel_for(0, out.height, [&](int y) {
+        float* to = out.values.data() + static_cast<std::size_t>(y) * row;
+        for (int x = 0; x < out.width; ++x)
+            for (std::size_t c = 0; c < channels; ++c) {
+                float sum = 0;
+                for (int k = 0; k < factor * factor; ++k)
+                    sum += p.at(x * factor + k % factor, y * factor + k / factor)[c];
+                *to++ = sum * share;
+            }
+    });
+    return out;
+}
+
 void write_picture(const std::string& path, const Picture& picture, PixelType type) {
     const auto count = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
     if (picture.width <= 0 || picture.height <= 0 || picture.channels.empty() ||

@@ -47,6 +47,22 @@ std::unique_ptr<OIIO::ImageInput> open(const std::string& path) {
     return in;
 }
 
+TEST(Shrunk, PixelsAreMeansOfSquaresAndWhatIsLeftOverIsDropped) {
+    const Picture p = gradient(7, 5, {"R", "Z"});
+    const Picture half = shrunk(p, 2);
+    ASSERT_EQ(half.width, 3);
+    ASSERT_EQ(half.height, 2);
+    ASSERT_EQ(half.values.size(), 12u);
+    for (int y = 0; y < 2; ++y)
+        for (int x = 0; x < 3; ++x)
+            for (int c = 0; c < 2; ++c)
+                EXPECT_FLOAT_EQ(half.at(x, y)[c],
+                                (p.at(2 * x, 2 * y)[c] + p.at(2 * x + 1, 2 * y)[c] +
+                                 p.at(2 * x, 2 * y + 1)[c] + p.at(2 * x + 1, 2 * y + 1)[c]) /
+                                    4);
+    EXPECT_EQ(shrunk(p, 1).values, p.values);
+}
+
 TEST(Srgb, IsItsOwnInverseAndMeetsTheStandard) {
     for (int i = 0; i <= 255; ++i) {
         const float e = static_cast<float>(i) / 255;

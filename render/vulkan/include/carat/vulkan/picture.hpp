@@ -40,6 +40,10 @@ enum class Tone {
 // Of channels R, G and B; others stay. Uses the threads of the current TBB arena.
 void tone_map(Picture& picture, Tone tone);
 
+// Each pixel the mean of a square of factor x factor; pixels left over at the right and below are dropped.
+// factor >= 1. Attributes stay. Uses the threads of the current TBB arena.
+Picture shrunk(const Picture& picture, int factor);
+
 enum class PixelType { automatic, half, float32 };
 
 // Writes a picture through OpenImageIO; the format follows from the file's extension.
