@@ -112,7 +112,7 @@ HWY_INLINE void mean_row(const std::int32_t* a, const std::int32_t* b, int cells
 
 // Cells j_begin to j_end - 1 of a row; r1: its upper vertices.
 template <bool kNarrow>
-HWY_INLINE void order4_cells(const std::int32_t* r1, std::ptrdiff_t m, std::ptrdiff_t j_begin,
+HWY_NOINLINE void order4_cells(const std::int32_t* r1, std::ptrdiff_t m, std::ptrdiff_t j_begin,
                              std::ptrdiff_t j_end, std::int32_t* out) {
     const std::int32_t *r0 = r1 - m, *r2 = r1 + m, *r3 = r2 + m;
     for_lanes(j_begin, j_end, [&](auto d, std::ptrdiff_t j) CARAT_INLINE_LAMBDA {

@@ -224,26 +224,17 @@ void PlaneCodec::assemble(const PlaneStep& step) {
     if (step.slot >= 0 && !lies_inside(step.frame)) fill_outside(step, plan_, p_);
 }
 
-// A diamond at the rim is coded with each order by itself: what lies outside must be what that order
-// predicts.
+// At the rim what lies outside must be what the order predicts: the order is found with what order 4 does.
 EncodedResiduals PlaneCodec::encode_step(std::size_t k) {
     RefinedHeights& out = slots_[static_cast<std::size_t>(plan_.steps[k].slot)];
     scratch_.statistics = statistics_.get();
-    if (lies_inside(plan_.steps[k].frame))
-        return kernel_.encode(p_, reference_of(k, Order::four), out, scratch_);
-    EncodedResiduals best;
-    RefinedHeights trial;
-    bool first = true;
-    for (const Order o : {Order::four, Order::six, Order::two}) {
-        const unsigned bit = 1u << static_cast<unsigned>(o);
-        if ((kernel_.choice().coding.orders & bit) == 0) continue;
-        EncodedResiduals e = kernel_.encode_with(bit, p_, reference_of(k, o), trial, scratch_);
-        if (!first && e.blob.size() >= best.blob.size()) continue;
-        best = std::move(e);
-        std::swap(out, trial);
-        first = false;
-    }
-    return best;
+    const bool inside = lies_inside(plan_.steps[k].frame);
+    if (!inside) scratch_.statistics = nullptr;
+    EncodedResiduals e = kernel_.encode(p_, reference_of(k, Order::four), out, scratch_);
+    if (inside) return e;
+    scratch_.statistics = statistics_.get();
+    return kernel_.encode_with(1u << static_cast<unsigned>(e.info.order), p_, reference_of(k, e.info.order),
+                               out, scratch_);
 }
 
 void PlaneCodec::encode_all() {
