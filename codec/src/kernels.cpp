@@ -113,7 +113,7 @@ HWY_INLINE void mean_row(const std::int32_t* a, const std::int32_t* b, int cells
 // Cells j_begin to j_end - 1 of a row; r1: its upper vertices.
 template <bool kNarrow>
 HWY_NOINLINE void order4_cells(const std::int32_t* r1, std::ptrdiff_t m, std::ptrdiff_t j_begin,
-                             std::ptrdiff_t j_end, std::int32_t* out) {
+                               std::ptrdiff_t j_end, std::int32_t* out) {
     const std::int32_t *r0 = r1 - m, *r2 = r1 + m, *r3 = r2 + m;
     for_lanes(j_begin, j_end, [&](auto d, std::ptrdiff_t j) CARAT_INLINE_LAMBDA {
         const Sum<decltype(d), 5, kNarrow> s(d);
@@ -290,12 +290,13 @@ HWY_INLINE void predict_folded(const std::int32_t* in, std::ptrdiff_t width, std
 
 void Predict(const std::int32_t* in, int m, Order order, std::int32_t* out) {
     const hn::ScalableTag<std::int32_t> d;
-    const bool roomy = static_cast<std::size_t>(m) >= hn::Lanes(d) + 8;  // for what is read too far
+    // For what is read too far, and for the folds.
+    const bool folds = static_cast<std::size_t>(m) >= hn::Lanes(d) + 8 && m <= kFoldPitch + 1;
     if (!are_narrow(in, static_cast<std::ptrdiff_t>(m) * m))
         predict_all<false>(in, m, order, out);
-    else if (order == Order::four && roomy)
+    else if (order == Order::four && folds)
         predict_folded<false>(in, m, out);
-    else if (order == Order::six && roomy)
+    else if (order == Order::six && folds)
         predict_folded<true>(in, m, out);
     else
         predict_all<true>(in, m, order, out);
