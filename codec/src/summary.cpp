@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cstdlib>
 
+#include "deviation_kernel.hpp"
+
 namespace carat {
 namespace {
 
@@ -48,6 +50,26 @@ std::int64_t interpolate(const std::int32_t* p, int n, int x, int y) {
            static_cast<std::int64_t>(fx) * (p11 - p01) + share * (p10 + p01 - p00 - p11);
 }
 
+constexpr std::int64_t kNarrow = 1 << 25;  // what the vectorised loop needs
+
+// Greatest minus least value of two halves together.
+std::int64_t spread(const std::int32_t* a, int n, int side_a, const std::int32_t* b, int side_b) {
+    std::int32_t low = INT32_MAX, high = INT32_MIN;
+    const auto look = [&](const std::int32_t* p, int side) {
+        for (int i = 0; i < n; ++i) {
+            const std::int32_t *at = p + static_cast<std::ptrdiff_t>(i) * n + (side == 0 ? 0 : i),
+                               *end = p + static_cast<std::ptrdiff_t>(i) * n + (side == 0 ? i + 1 : n);
+            for (; at != end; ++at) {
+                low = std::min(low, *at);
+                high = std::max(high, *at);
+            }
+        }
+    };
+    look(a, side_a);
+    look(b, side_b);
+    return std::int64_t{high} - low;
+}
+
 }  // namespace
 
 HeightRange height_range(const std::int32_t* p, int n, int side) {
@@ -82,13 +104,16 @@ std::int64_t max_deviation(const std::int32_t* coarse, const Half& coarse_half, 
                            const Half& fine_half, int n) {
     const HalfFrame c = half_frame(coarse_half, n - 1), f = half_frame(fine_half, n - 1);
     const LatticeVector origin = f.origin - c.origin;
-    const int x0 = eighths(origin, c.u), xi = eighths(f.u, c.u), xj = eighths(f.v, c.u);
-    const int y0 = eighths(origin, c.v), yi = eighths(f.u, c.v), yj = eighths(f.v, c.v);
+    const kernel::FinePlacement at{eighths(origin, c.u), eighths(f.u, c.u), eighths(f.v, c.u),
+                                   eighths(origin, c.v), eighths(f.u, c.v), eighths(f.v, c.v)};
+    if (spread(coarse, n, coarse_half.side, fine, fine_half.side) <= kNarrow)
+        return kernel::max_deviation(coarse, fine, at, fine_half.side, n);
     std::int64_t worst = 0;
     for (int i = 0; i < n; ++i)
         for (int j = fine_half.side == 0 ? 0 : i; j < (fine_half.side == 0 ? i + 1 : n); ++j) {
-            const std::int64_t at = interpolate(coarse, n, x0 + i * xi + j * xj, y0 + i * yi + j * yj);
-            worst = std::max(worst, std::abs(at - kOne * std::int64_t{fine[i * n + j]}));
+            const std::int64_t there =
+                interpolate(coarse, n, at.x0 + i * at.xi + j * at.xj, at.y0 + i * at.yi + j * at.yj);
+            worst = std::max(worst, std::abs(there - kOne * std::int64_t{fine[i * n + j]}));
         }
     return worst;
 }
