@@ -90,6 +90,9 @@ Json to_json(const BuildReport& r, const BuildOptions& o) {
     json["zero_diamonds"] = r.zero_diamonds;
     json["temporary_peak_bytes"] = r.temporary_peak_bytes;
     json["peak_memory_bytes"] = r.peak_memory_bytes;
+    json["source_tiles"] = r.source_tiles;
+    json["sampling_tile_reads"] = r.sampling_tile_reads;
+    json["measuring_tile_reads"] = r.measuring_tile_reads;
     json["resumed_files"] = r.resumed_files;
     json["tolerance_m"] = r.tolerance;
     if (o.rms) json["rms_tolerance_m"] = *o.rms;
@@ -175,6 +178,8 @@ void print_report(const BuildReport& r, const BuildOptions& options, bool json) 
                    8.0 * static_cast<double>(r.file_bytes) / static_cast<double>(r.plan.source_samples));
     fmt::print("\nmemory   at most {} resident, {} of temporary files\n", bytes_text(r.peak_memory_bytes),
                bytes_text(r.temporary_peak_bytes));
+    fmt::print("sources  {} tiles of samples; {} reads while sampling, {} while measuring\n",
+               grouped(r.source_tiles), grouped(r.sampling_tile_reads), grouped(r.measuring_tile_reads));
     fmt::print("time     {}:", duration(r.seconds));
     for (const auto& [stage, seconds] : r.stage_seconds)
         fmt::print(" {} {}", to_string(stage), duration(seconds));

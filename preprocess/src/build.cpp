@@ -118,7 +118,11 @@ BuildReport run_passes(const BuildContext& context, BuildPlan plan,
     report.certification = certification;
     ProgressReporter& progress = context.progress;
     progress.begin(BuildStage::sampling, plan.refined);
+    const SourceStack::Reads before = context.sources.reads();
     const FaceHeights roots = make_reference(context);
+    const SourceStack::Reads sampled = context.sources.reads();
+    report.source_tiles = sampled.tiles;
+    report.sampling_tile_reads = sampled.reads - before.reads;
     const EncodedRoots coded = encode_roots(roots, context.n(), context.radius);
     ErrorSum errors = root_errors(context, roots, coded);
     progress.begin(BuildStage::coding, plan.refined);
@@ -137,6 +141,7 @@ BuildReport run_passes(const BuildContext& context, BuildPlan plan,
     report.file_bytes = write_output(
         job, plan, certification, coded, summaries.diamonds,
         [&](std::size_t k, std::vector<std::byte>& out) { blobs.read(k, out); }, report.errors);
+    report.measuring_tile_reads = context.sources.reads().reads - sampled.reads;
     report.plan = std::move(plan);
     report.max_error = errors.max;
     report.rms_error = rms_of(errors);

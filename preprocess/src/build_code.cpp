@@ -89,10 +89,10 @@ class DiamondCoder {
         r.c.resize(static_cast<std::size_t>((n_ - 1) * (n_ - 1)));
         std::span<const std::byte> in(s_.record);
         if (keeps_p())
-            in = unpack(in, r.v);
+            in = unpack(in, static_cast<std::size_t>(n_), r.v);
         else
             r.v = coded.p;
-        unpack(in, r.c);
+        unpack(in, static_cast<std::size_t>(n_ - 1), r.c);
     }
 
     EncodedResiduals encode(CodedHeights& coded) const {
@@ -170,6 +170,21 @@ class DiamondCoder {
     bool has_refined_child_ = false;
 };
 
+// The files that the reference of a diamond and the heights above it lie in.
+void heights_above(const BuildContext& context, DiamondId d, int level, std::set<StepKey>& keys) {
+    const auto add = [&](StepKind kind, DiamondId id, int at) {
+        keys.insert({kind, at, *position_of(context.levels, id, at) / kStepDiamonds});
+    };
+    add(StepKind::reference, d, level);
+    for (const int side : {0, 1}) {
+        Half half{d, side};
+        for (int up = 1; up < kLook && up <= level; ++up) {
+            half = *parent_half(half);
+            add(StepKind::heights, half.diamond, level - up);
+        }
+    }
+}
+
 }  // namespace
 
 void code_levels(const BuildContext& context, const FaceHeights& roots) {
@@ -179,7 +194,10 @@ void code_levels(const BuildContext& context, const FaceHeights& roots) {
     for (; level < context.depth() && context.has_level(StepKind::facts, level); ++level)
         context.progress.step(context.ids(level).size());
     for (; level < context.depth(); ++level) {
-        run_level(context, level, {StepKind::heights, StepKind::code, StepKind::facts},
+        const auto reads = [&](DiamondId d, std::set<StepKey>& keys) {
+            heights_above(context, d, level, keys);
+        };
+        run_level(context, level, {StepKind::heights, StepKind::code, StepKind::facts}, reads,
                   [&](std::size_t position, std::size_t k, StepOutput& out) {
                       DiamondCoder(context, cache, roots).code(level, position, k, out);
                   });

@@ -89,7 +89,7 @@ class Gatherer {
         context_.store.read({StepKind::vertices, level, *refined / kStepDiamonds}, *refined % kStepDiamonds,
                             s_.record);
         s_.child.resize(static_cast<std::size_t>(n_ * n_));
-        unpack(s_.record, s_.child);
+        unpack(s_.record, static_cast<std::size_t>(n_), s_.child);
         std::int32_t* next = s_.quarter.data();
         for_half(n_, child.side,
                  [&](int i, int j) { *next++ = s_.child[static_cast<std::size_t>(i * n_ + j)]; });
@@ -100,19 +100,29 @@ class Gatherer {
     int n_;
 };
 
+// The files that the vertices of a diamond's children lie in.
+void vertices_below(const BuildContext& context, DiamondId d, int level, std::set<StepKey>& keys) {
+    for (const int side : {0, 1})
+        for (const Half& child : child_halves({d, side}))
+            if (const auto at = position_of(context.levels, child.diamond, level + 1))
+                keys.insert({StepKind::vertices, level + 1, *at / kStepDiamonds});
+}
+
 void reference_level(const BuildContext& context, int level) {
     const bool filters = context.options.mode != Mode::interpolating;
-    run_level(context, level, {StepKind::vertices, StepKind::reference},
+    const auto n = static_cast<std::size_t>(context.n());
+    const auto reads = [&](DiamondId d, std::set<StepKey>& keys) { vertices_below(context, d, level, keys); };
+    run_level(context, level, {StepKind::vertices, StepKind::reference}, reads,
               [&](std::size_t position, std::size_t k, StepOutput& out) {
                   Scratch& s = Scratch::of_thread();
                   Gatherer(context, s).gather(context.ids(level)[position], level);
                   if (filters) {
                       s.filtered.resize(s.refined.v.size());
                       filter_vertices(s.refined, s.filtered);
-                      pack(s.refined.v, out[1].second[k]);
+                      pack(s.refined.v, n, out[1].second[k]);
                   }
-                  pack(filters ? s.filtered : s.refined.v, out[0].second[k]);
-                  pack(s.refined.c, out[1].second[k]);
+                  pack(filters ? s.filtered : s.refined.v, n, out[0].second[k]);
+                  pack(s.refined.c, n - 1, out[1].second[k]);
               });
 }
 
@@ -168,7 +178,7 @@ FaceHeights make_reference(const BuildContext& context) {
         context.store.read({StepKind::vertices, 0, *refined / kStepDiamonds}, *refined % kStepDiamonds,
                            record);
         out.resize(static_cast<std::size_t>(context.n() * context.n()));
-        unpack(record, out);
+        unpack(record, static_cast<std::size_t>(context.n()), out);
     }
     return roots;
 }

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kInputsName = "inputs.json";
-constexpr int kLayout = 1;  // of the temporary files
+constexpr int kLayout = 2;  // of the temporary files
 // Program, libraries and the two steps at work.
 constexpr std::size_t kOwnMemory = std::size_t{150} << 20;
 // More than a few steps of heights is seldom asked for again; reading them costs less than fresh memory does.

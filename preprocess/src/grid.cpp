@@ -139,6 +139,7 @@ PixelWindow Grid::window_of(TileIndex t) const {
 // --- tiles ---
 
 TilePtr Grid::load(TileIndex t) const {
+    tile_reads_.fetch_add(1, std::memory_order_relaxed);
     const PixelWindow window = window_of(t);
     const std::size_t size = size_of(type()), count = area(window);
     auto tile = std::make_shared<Tile>(Tile{window.x, window.y, window.width, window.height, {}, {}});
@@ -171,6 +172,13 @@ TilePtr Grid::load(TileIndex t) const {
     if (present > 0) tile->samples = std::move(samples);
     if (present > 0 && present < count) tile->valid = std::move(valid);
     return tile;
+}
+
+std::uint64_t Grid::tiles() const {
+    std::uint64_t covered = 0;
+    for (std::size_t t = 1; t < part_start_.size(); ++t)
+        covered += part_start_[t] > part_start_[t - 1] ? 1 : 0;
+    return covered;
 }
 
 TilePtr Grid::tile(TileIndex t) const {

@@ -1,6 +1,7 @@
 // A grid of samples: one raster, or several rasters on one common grid, seen as one; read in tiles.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -49,6 +50,9 @@ class Grid {
     const Cap& cap() const { return cap_; }
     std::uint64_t samples() const { return samples_; }
     std::uint64_t valid_samples() const { return valid_samples_; }
+    // Tiles that files cover, and how many have been read so far, those read again counted again.
+    std::uint64_t tiles() const;
+    std::uint64_t tile_reads() const { return tile_reads_; }
 
     // Heights at places in degrees, and 1 or 0 for a hole. Throws Error(io).
     void sample(std::span<const double> lat, std::span<const double> lon, Resampling resampling,
@@ -131,6 +135,7 @@ class Grid {
     std::vector<double> spacings_;  // by row of cells if rows are parallels, else by tile
 
     std::uint64_t samples_ = 0, valid_samples_ = 0;
+    mutable std::atomic<std::uint64_t> tile_reads_{0};
     std::optional<double> top_mean_, bottom_mean_;
 };
 

@@ -41,26 +41,26 @@ CodedHeightsPtr HeightsCache::get(int level, std::size_t position) {
 
 std::vector<std::byte> HeightsCache::to_record(const CodedHeights& heights) const {
     std::vector<std::byte> out;
-    if (keeps_p_) pack(heights.p, out);
-    pack(heights.refined.v, out);
-    pack(heights.refined.c, out);
+    const auto n = static_cast<std::size_t>(n_);
+    if (keeps_p_) pack(heights.p, n, out);
+    pack(heights.refined.v, n, out);
+    pack(heights.refined.c, n - 1, out);
     return out;
 }
 
 CodedHeightsPtr HeightsCache::of_record(const std::vector<std::byte>& record) const {
     auto out = std::make_shared<CodedHeights>();
-    const auto vertices = static_cast<std::size_t>(n_ * n_),
-               cells = static_cast<std::size_t>((n_ - 1) * (n_ - 1));
+    const auto n = static_cast<std::size_t>(n_), vertices = n * n, cells = (n - 1) * (n - 1);
     out->refined.n = n_;
     out->refined.v.resize(vertices);
     out->refined.c.resize(cells);
     std::span<const std::byte> in(record);
     if (keeps_p_) {
         out->p.resize(vertices);
-        in = unpack(in, out->p);
+        in = unpack(in, n, out->p);
     }
-    in = unpack(in, out->refined.v);
-    unpack(in, out->refined.c);
+    in = unpack(in, n, out->refined.v);
+    unpack(in, n - 1, out->refined.c);
     return out;
 }
 

@@ -280,6 +280,16 @@ int SourceStack::layer_near(const Vec3& n) const {
     return kBaseLayer;
 }
 
+SourceStack::Reads SourceStack::reads() const {
+    Reads out;
+    for (const auto& layer : state_->layers)
+        for (const auto& grid : layer->grids()) {
+            out.tiles += grid->tiles();
+            out.reads += grid->tile_reads();
+        }
+    return out;
+}
+
 const std::vector<LayerInfo>& SourceStack::layers() const { return state_->infos; }
 const std::vector<std::string>& SourceStack::warnings() const { return state_->warnings; }
 const Ellipsoid& SourceStack::body() const { return state_->body; }

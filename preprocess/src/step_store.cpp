@@ -269,6 +269,13 @@ void StepStore::read(const StepKey& key, std::size_t index, std::vector<std::byt
         fail(path_of(key), EIO);
 }
 
+void StepStore::expect(const StepKey& key) noexcept {
+    try {
+        if (has(key)) ::posix_fadvise(open(key)->descriptor.get(), 0, 0, POSIX_FADV_WILLNEED);
+    } catch (const std::exception&) {  // whoever reads the file will say what is wrong
+    }
+}
+
 StepRecords StepStore::read_all(const StepKey& key) {
     const FilePtr file = open(key);
     StepRecords out(file->offsets.size() - 1);

@@ -61,6 +61,8 @@ class StepStore {
     void put(const StepKey& key, const StepRecords& records);
     // Record `index` of a step. Throws Error(io).
     void read(const StepKey& key, std::size_t index, std::vector<std::byte>& out);
+    // The file of a step is going to be read: lets the system fetch it meanwhile. A hint; never fails.
+    void expect(const StepKey& key) noexcept;
     // All records of a step.
     StepRecords read_all(const StepKey& key);
     // Removes the files of a kind and level.

@@ -128,7 +128,10 @@ struct BuildReport {
     std::optional<ErrorSummary> errors;      // at source samples, if they were measured
     std::uint64_t temporary_peak_bytes = 0;  // of temporary files, while this ran
     std::uint64_t peak_memory_bytes = 0;     // resident, of the process, as the operating system tells
-    std::size_t resumed_files = 0;           // temporary files that an earlier run had left
+    // Tiles of source samples (a file's own blocks, or a few of them), and how often one was read and decoded
+    // while sampling and while measuring: once each, unless memory is scarce.
+    std::uint64_t source_tiles = 0, sampling_tile_reads = 0, measuring_tile_reads = 0;
+    std::size_t resumed_files = 0;  // temporary files that an earlier run had left
     double seconds = 0;
     std::vector<std::pair<BuildStage, double>> stage_seconds;
 };

@@ -98,6 +98,12 @@ class SourceStack {
     // Reads no file.
     int layer_near(const Vec3& n) const;
 
+    // Tiles of samples, of all layers, and how many have been read so far, those read again counted again.
+    struct Reads {
+        std::uint64_t tiles = 0, reads = 0;
+    };
+    Reads reads() const;
+
     const std::vector<LayerInfo>& layers() const;
     // Plain sentences for the user: assumed CRS, unknown units, missing transformation grids.
     const std::vector<std::string>& warnings() const;
