@@ -38,6 +38,7 @@ void add_bench(CLI::App& app, Globals& globals) {
 #ifdef CARAT_HAS_BENCH
     sub.require_subcommand(1);
     add_bench_codec(sub, globals);
+    add_bench_build(sub, globals);
     add_bench_color(sub, globals);
     add_bench_summaries(sub, globals);
     add_bench_refine(sub, globals);

@@ -10,6 +10,7 @@
 namespace carat::cli {
 
 void add_bench_codec(CLI::App& bench, Globals& globals);
+void add_bench_build(CLI::App& bench, Globals& globals);
 void add_bench_color(CLI::App& bench, Globals& globals);
 void add_bench_summaries(CLI::App& bench, Globals& globals);
 void add_bench_refine(CLI::App& bench, Globals& globals);

@@ -4,8 +4,9 @@
 
 namespace carat::cli {
 
-ScratchFolder::ScratchFolder(const std::string& name)
-    : path_(std::filesystem::temp_directory_path() / ("carat-" + name + "-" + std::to_string(getpid()))) {
+ScratchFolder::ScratchFolder(const std::string& name, const std::filesystem::path& parent)
+    : path_((parent.empty() ? std::filesystem::temp_directory_path() : parent) /
+            ("carat-" + name + "-" + std::to_string(getpid()))) {
     std::filesystem::create_directories(path_);
 }
 

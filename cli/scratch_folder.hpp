@@ -1,4 +1,4 @@
-// A folder of its own in the system's temporary folder, that goes when it is done with.
+// A folder of its own, by default in the system's temporary folder, that goes when it is done with.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@ namespace carat::cli {
 class ScratchFolder {
   public:
     // Throws std::filesystem::filesystem_error.
-    explicit ScratchFolder(const std::string& name);
+    explicit ScratchFolder(const std::string& name, const std::filesystem::path& parent = {});
     ~ScratchFolder();
     ScratchFolder(const ScratchFolder&) = delete;
     ScratchFolder& operator=(const ScratchFolder&) = delete;

@@ -57,5 +57,40 @@ TEST_F(Bench, ErrorKeepsItsThresholds) {
     EXPECT_TRUE(contains(contents(path("e.svg")), "Error against triangles"));
 }
 
+TEST_F(Bench, BuildRunsBesideGdalTranslate) {
+    write_raster(path("hills.tif"), hills());
+    const Outcome r =
+        carat("bench build hills.tif hills.tif,hills.tif --rounds 2 --temp . --csv b.csv --json");
+    if (r.exit != 0 && contains(r.err, "gdal_translate: cannot be run")) GTEST_SKIP() << r.err;
+    ASSERT_EQ(r.exit, 0) << r.out << r.err;
+    const auto rows = r.json();
+    ASSERT_EQ(rows.size(), 3u) << "no peer for two rasters";
+    EXPECT_EQ(rows[0].at("program"), "gdal_translate");
+    for (const auto& row : rows) {
+        EXPECT_EQ(row.at("rounds"), 2);
+        for (const char* key : {"seconds", "processor_seconds", "peak_memory_bytes", "output_bytes"})
+            EXPECT_GT(row.at(key), 0) << key << row;
+        EXPECT_LE(row.at("least_seconds"), row.at("seconds"));
+    }
+    const auto& build = rows[1];
+    const double ratio = build.at("seconds").get<double>() / rows[0].at("seconds").get<double>();
+    EXPECT_NEAR(build.at("ratio_seconds"), ratio, 1e-9);
+    double stages = 0;
+    for (const char* stage : {"opening", "planning", "sampling", "coding", "summarising", "writing"})
+        stages += build.at(std::string("stage_") + stage).get<double>();
+    EXPECT_GT(stages, 0);
+    EXPECT_FALSE(rows[2].contains("ratio_seconds"));
+    EXPECT_TRUE(contains(contents(path("b.csv")), "ratio_processor_seconds"));
+    for (const auto& entry : fs::directory_iterator(path(".")))
+        EXPECT_FALSE(contains(entry.path().string(), "carat-build")) << "nothing is left";
+}
+
+TEST_F(Bench, BuildSaysWhyAProgramFailed) {
+    std::ofstream(path("no.tif")) << "no raster";
+    const Outcome r = carat("bench build no.tif --rounds 1 --no-peer --temp .");
+    EXPECT_EQ(r.exit, 1);
+    EXPECT_TRUE(contains(r.err, "no.tif")) << r.err;
+}
+
 }  // namespace
 }  // namespace carat::test
