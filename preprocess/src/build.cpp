@@ -197,6 +197,7 @@ BuildReport build_in_workspace(const BuildOptions& options, const SourceStack& s
 }  // namespace
 
 BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& callback) {
+    const auto started = std::chrono::steady_clock::now();
     check(options);
     const auto threads = limit_threads(options.threads);
     ProgressReporter progress(callback);
@@ -207,7 +208,11 @@ BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& callba
     if (options.certify) certify_depth(options, sources, levels, progress);
     progress.begin(BuildStage::sampling, 0);
     BuildPlan plan = plan_of(options, sources, levels);
-    plan.estimate = estimate_build(chosen_options(options, sources, levels), sources, levels, plan);
+    const BuildOptions chosen = chosen_options(options, sources, levels);
+    // What this took so far a build takes too.
+    const std::chrono::duration<double> before = std::chrono::steady_clock::now() - started;
+    plan.estimate = estimate_build(chosen, sources, levels, plan);
+    plan.estimate->seconds += before.count();
     return plan;
 }
 

@@ -17,8 +17,9 @@ namespace {
 
 constexpr std::size_t kSampled = 192;      // diamonds
 constexpr std::uint64_t kIndexBytes = 10;  // of a diamond in a page besides its residuals, directory included
-// Of a build's time by what the samples show, measured (docs/benchmarks.md): summaries, temporary files and
-// writing in units of coding; sources read once, and compared once, samples a second and thread.
+// Of a build's time once it is planned, by what the samples show, measured (docs/benchmarks.md): summaries,
+// temporary files and writing in units of coding; sources read once, and compared once, samples a second and
+// thread.
 constexpr double kBesidesCoding = 2.2, kReadRate = 60e6, kMeasureRate = 9e6;
 
 using Clock = std::chrono::steady_clock;
