@@ -21,6 +21,7 @@ void add_bench_look(CLI::App& bench, Globals& globals);
 void add_bench_shimmer(CLI::App& bench, Globals& globals);
 void add_bench_watertight(CLI::App& bench, Globals& globals);
 void add_bench_error(CLI::App& bench, Globals& globals);
+void add_bench_triangles(CLI::App& bench, Globals& globals);
 
 // Does nothing without a name. Throws Error(io).
 void write_text(const std::string& file, const std::string& text);

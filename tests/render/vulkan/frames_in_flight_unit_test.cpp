@@ -118,10 +118,15 @@ TEST_F(FramesInFlight, TheHostWaitsForTheRingOnlyWhenItIsTooSmall) {
     EXPECT_EQ(roomy.collect().counters.stall_ms, 0);
     EXPECT_EQ(roomy.collect().counters.stall_ms, 0);
     options.upload_bytes = 16384;  // less than one patch a segment
-    Renderer tight(body, length_unit(body), options);
-    EXPECT_GT(tight.draw(request(0), patches).counters.stall_ms, 0);
+    // A host that is kept from running may come back when the device is done already: then once more.
+    double stall_ms = 0;
+    for (int k = 0; k < 20 && stall_ms == 0; ++k) {
+        Renderer tight(body, length_unit(body), options);
+        stall_ms = tight.draw(request(0), patches).counters.stall_ms;
+        EXPECT_TRUE(tight.messages().empty());
+    }
+    EXPECT_GT(stall_ms, 0);
     EXPECT_TRUE(roomy.messages().empty());
-    EXPECT_TRUE(tight.messages().empty());
 }
 
 }  // namespace
