@@ -99,7 +99,7 @@ Picture errors(const Frame& frame, const FactsOfPixels& facts) {
 Picture sources(const Frame& frame, const FactsOfPixels& facts) {
     return by_pixel(frame, {"Y"}, [&](std::size_t k, float* out) {
         const PatchFacts* f = facts(k);
-        *out = f == nullptr ? -1.0f : f->is_virtual ? 1.0f : 0.0f;
+        *out = f == nullptr ? -1.0f : f->synthesised ? 2.0f : f->is_virtual ? 1.0f : 0.0f;
     });
 }
 

@@ -47,6 +47,7 @@ void add_bench(CLI::App& app, Globals& globals) {
     add_bench_stability(sub, globals);
     add_bench_look(sub, globals);
     add_bench_shimmer(sub, globals);
+    add_bench_detail(sub, globals);
     add_bench_watertight(sub, globals);
     add_bench_error(sub, globals);
     add_bench_triangles(sub, globals);

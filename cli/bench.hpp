@@ -19,6 +19,7 @@ void add_bench_scaling(CLI::App& bench, Globals& globals);
 void add_bench_stability(CLI::App& bench, Globals& globals);
 void add_bench_look(CLI::App& bench, Globals& globals);
 void add_bench_shimmer(CLI::App& bench, Globals& globals);
+void add_bench_detail(CLI::App& bench, Globals& globals);
 void add_bench_watertight(CLI::App& bench, Globals& globals);
 void add_bench_error(CLI::App& bench, Globals& globals);
 void add_bench_triangles(CLI::App& bench, Globals& globals);

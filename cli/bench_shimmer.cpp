@@ -47,8 +47,10 @@ struct Remedy {
     double error, spacing;
 };
 constexpr std::array kRemedies{
-    Remedy{"none", 1, 1, 1, 1.5},         Remedy{"half the error", 1, 1, 0.5, 0.75},
-    Remedy{"2 x 2 pixels", 1, 2, 1, 1.5}, Remedy{"2 x 2, 4 samples", 4, 2, 1, 1.5},
+    Remedy{"none", 1, 1, 1, 1.5},
+    Remedy{"half the error", 1, 1, 0.5, 0.75},
+    Remedy{"2 x 2 pixels", 1, 2, 1, 1.5},
+    Remedy{"2 x 2, 4 samples", 4, 2, 1, 1.5},
 };
 constexpr Remedy kTruth{"reference", 1, 4, 0.25, 0.375};
 

@@ -89,7 +89,7 @@ class Pilot {
           body_(file->header().ellipsoid()),
           flight_(body_, path_of(o, file).keyframes),
           draped_(draped_colours(o.look)),
-          refiner_(file, refiner_options(o, draped_)),
+          refiner_(file, refiner_options(o, draped_, file->header())),
           sink_(o.output, o.fps, o.overwrite, o.format),
           stats_(o.stats, file->file_bytes(), o.fps, budget().milliseconds, o.goal.threshold) {
         RendererOptions options = o.renderer;
@@ -141,9 +141,11 @@ class Pilot {
     }
 
   private:
-    static RefinerOptions refiner_options(const Options& o, std::shared_ptr<const ColourRepository> colour) {
+    static RefinerOptions refiner_options(const Options& o, std::shared_ptr<const ColourRepository> colour,
+                                          const RepositoryHeader& header) {
         RefinerOptions options = o.refiner;
         options.colour = std::move(colour);
+        options.detail = detail_of(o.look, header);
         return options;
     }
     RefineBudget budget() const {

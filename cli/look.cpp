@@ -74,6 +74,23 @@ std::shared_ptr<const ColourRepository> draped_colours(const Look& look) {
     return look.color.empty() ? nullptr : ColourRepository::open(look.color);
 }
 
+std::shared_ptr<const Detail> detail_of(const Look& look, const RepositoryHeader& header) {
+    return look.detail ? std::make_shared<const Detail>(header, *look.detail) : nullptr;
+}
+
+void add_detail_option(CLI::App& sub, std::optional<DetailOptions>& detail, const char* group) {
+    sub.add_option_function<std::vector<std::string>>(
+           "--detail",
+           [&detail](const std::vector<std::string>& values) {
+               detail = DetailOptions::parse(values.empty() ? "" : values[0]);
+           },
+           "Relief below the file's samples, synthesised: any of seed=N (default 1), amplitude=X (a factor, "
+           "default 1), to=METRES (default 0.1), slope=DEGREES (at most, default 35), mode=natural|uniform")
+        ->expected(0, 1)
+        ->type_name("[LIST]")
+        ->group(group);
+}
+
 void add_look_options(CLI::App& sub, Look& o) {
     const char* group = "Light and colour";
     const auto sun = add_value(sub, "--sun", "AZ,EL", "Direction of the light seen from the eye, degrees",
@@ -119,6 +136,7 @@ void add_look_options(CLI::App& sub, Look& o) {
         ->check(CLI::PositiveNumber)
         ->group(group);
     add_numbers(sub, "--background", o.background, "R,G,B", "0 to 255, sRGB (default 0,0,0)")->group(group);
+    add_detail_option(sub, o.detail, group);
     sub.add_option("--samples", o.samples, "A pixel: 1, 2, 4 (default) or 8")
         ->check(CLI::IsMember({1, 2, 4, 8}))
         ->group(group);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "carat/codec/colour.hpp"
+#include "carat/render/detail.hpp"
 #include "carat/render/view.hpp"
 #include "carat/vulkan/renderer.hpp"
 
@@ -26,7 +27,8 @@ struct Look {
     bool sky = false, water = false;
     double wind = 5;  // m/s
     int samples = 4;
-    int supersample = 1;  // pixels either way, drawn for one
+    int supersample = 1;                  // pixels either way, drawn for one
+    std::optional<DetailOptions> detail;  // procedural, below the file's samples
 };
 
 // --colors; null where none are asked for. Throws what read_colours() throws.
@@ -35,6 +37,11 @@ std::optional<ColourTable> chosen_colours(const Look& look);
 // --color; null without. Throws what ColourRepository::open() throws.
 std::shared_ptr<const ColourRepository> draped_colours(const Look& look);
 
+// --detail; null without. Throws what Detail's constructor throws.
+std::shared_ptr<const Detail> detail_of(const Look& look, const RepositoryHeader& header);
+
+// --detail [LIST], alone.
+void add_detail_option(CLI::App& sub, std::optional<DetailOptions>& detail, const char* group);
 void add_look_options(CLI::App& sub, Look& look);
 
 // What is drawn for `where`: with more pixels, if they are to be averaged (shrunk()).

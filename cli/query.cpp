@@ -14,8 +14,10 @@
 #include "carat/codec/surface.hpp"
 #include "carat/globe/error.hpp"
 #include "carat/globe/locate.hpp"
+#include "carat/render/detail_surface.hpp"
 #include "colour_files.hpp"
 #include "commands.hpp"
+#include "look.hpp"
 #include "points.hpp"
 #include "text.hpp"
 #include "values.hpp"
@@ -31,6 +33,7 @@ constexpr std::size_t kGrain = 512;       // points a task
 struct Options {
     std::string file, latitude, longitude, points;
     bool json = false, no_header = false;
+    std::optional<DetailOptions> detail;
     std::size_t memory_bytes = 256u << 20;
 };
 
@@ -44,7 +47,10 @@ Output one line for each place, in the order of the input, after a first line wi
   height_m   height
   spacing_m  distance between samples there
   bound_m    greatest possible |height - source|: the tolerance if the place is a sample, otherwise empty
-  measured   "measured": the height comes from the file's data
+  measured   "measured": the height comes from the file's data; "synthesised": with --detail, in between samples
+
+--detail asks the surface that render and fly draw with the same --detail, where they refine to the end. Samples of the
+file keep their heights.
 
 Of a colour file the lines are "lat,lon,red,green,blue,spacing_m,bound,measured", channels 0 to 255, and bound is the greatest
 error of a channel if the place is a sample.
@@ -52,15 +58,22 @@ error of a channel if the place is a sample.
 Examples:
   carat query earth.carat 27.9881 86.9250
   carat query earth.carat --points places.csv > heights.csv
+  carat query earth.carat 36.5785 -118.2923 --detail seed=7,to=0.1
   printf '46.5475,7.9854\n-32.65,-70.01\n' | carat query earth.carat --points - --json)";
 
 // Heights of pieces of the input, several threads at once.
 class Asking {
   public:
-    Asking(std::shared_ptr<const Repository> file, std::size_t memory) : surface_(std::move(file), memory) {}
+    Asking(std::shared_ptr<const Repository> file, std::size_t memory,
+           const std::optional<DetailOptions>& detail) {
+        if (detail)
+            detailed_.emplace(file, std::make_shared<const Detail>(file->header(), *detail), memory);
+        else
+            surface_.emplace(file, memory);
+    }
 
     // In the order of the points. Works in the order of places, so that neighbours share decoded diamonds.
-    std::vector<Surface::Sample> operator()(const Points& points) const {
+    std::vector<DetailSurface::Sample> operator()(const Points& points) const {
         std::vector<RealLattice> places(points.size());
         std::vector<std::uint64_t> keys(points.size());
         parallel(points.size(), [&](std::size_t k) {
@@ -70,8 +83,8 @@ class Asking {
         std::vector<std::uint32_t> order(points.size());
         std::iota(order.begin(), order.end(), 0u);
         std::sort(order.begin(), order.end(), [&](auto a, auto b) { return keys[a] < keys[b]; });
-        std::vector<Surface::Sample> out(points.size());
-        parallel(points.size(), [&](std::size_t k) { out[order[k]] = surface_.sample(places[order[k]]); });
+        std::vector<DetailSurface::Sample> out(points.size());
+        parallel(points.size(), [&](std::size_t k) { out[order[k]] = sample(places[order[k]]); });
         return out;
     }
 
@@ -85,31 +98,40 @@ class Asking {
         });
     }
 
-    Surface surface_;
+    DetailSurface::Sample sample(const RealLattice& place) const {
+        if (detailed_) return detailed_->sample(place);
+        const Surface::Sample s = surface_->sample(place);
+        return {s.height, s.spacing, s.at_lattice, false};
+    }
+
+    std::optional<Surface> surface_;  // one of the two
+    std::optional<DetailSurface> detailed_;
 };
 
-std::string bound_text(const RepositoryHeader& h, const Surface::Sample& s) {
+std::string bound_text(const RepositoryHeader& h, const DetailSurface::Sample& s) {
     return s.at_lattice ? number(h.tolerance) : "";
 }
 
-void print_csv(const RepositoryHeader& h, const Points& points, const std::vector<Surface::Sample>& samples) {
+void print_csv(const RepositoryHeader& h, const Points& points,
+               const std::vector<DetailSurface::Sample>& samples) {
     fmt::memory_buffer out;
     for (std::size_t k = 0; k < points.size(); ++k)
-        fmt::format_to(std::back_inserter(out), "{},{:.4f},{:.6g},{},measured\n", points.written(k),
-                       samples[k].height, samples[k].spacing, bound_text(h, samples[k]));
+        fmt::format_to(std::back_inserter(out), "{},{:.4f},{:.6g},{},{}\n", points.written(k),
+                       samples[k].height, samples[k].spacing, bound_text(h, samples[k]),
+                       samples[k].synthesised ? "synthesised" : "measured");
     std::fwrite(out.data(), 1, out.size(), stdout);
 }
 
-void print_json(const RepositoryHeader& h, const Points& points, const std::vector<Surface::Sample>& samples,
-                bool first) {
+void print_json(const RepositoryHeader& h, const Points& points,
+                const std::vector<DetailSurface::Sample>& samples, bool first) {
     for (std::size_t k = 0; k < points.size(); ++k) {
-        const Surface::Sample& s = samples[k];
+        const DetailSurface::Sample& s = samples[k];
         const Json point = {{"lat", points.places[k].latitude},
                             {"lon", points.places[k].longitude},
                             {"height_m", s.height},
                             {"spacing_m", s.spacing},
                             {"bound_m", s.at_lattice ? Json(h.tolerance) : Json(nullptr)},
-                            {"measured", true}};
+                            {"measured", !s.synthesised}};
         fmt::print("{}\n    {}", first && k == 0 ? "" : ",", point.dump());
     }
 }
@@ -169,7 +191,7 @@ int run(const Options& o, const Globals& globals) {
     Input input(o);
     const auto file = Repository::open(o.file);
     const RepositoryHeader& h = file->header();
-    const Asking ask(file, o.memory_bytes);
+    const Asking ask(file, o.memory_bytes, o.detail);
     if (o.json)
         fmt::print("{{\n  \"file\": {},\n  \"vertical_datum\": {},\n  \"points\": [", Json(o.file).dump(),
                    Json(h.vertical_datum).dump());
@@ -179,7 +201,7 @@ int run(const Options& o, const Globals& globals) {
     const auto begin = std::chrono::steady_clock::now();
     std::uint64_t asked = 0;
     for (Points points = input.next(); points.size() > 0; points = input.next()) {
-        const std::vector<Surface::Sample> samples = ask(points);
+        const std::vector<DetailSurface::Sample> samples = ask(points);
         if (o.json)
             print_json(h, points, samples, asked == 0);
         else
@@ -214,6 +236,7 @@ void add_query(CLI::App& app, Globals& globals) {
     sub.add_flag("--no-header", o->no_header, "CSV without the first line");
     add_value(sub, "--memory", "SIZE", "For decoded diamonds (default 256M)",
               [o](const std::string& text) { o->memory_bytes = parse_size(text); });
+    add_detail_option(sub, o->detail, "Options");
     on_run(sub, globals, [o, &globals] { return run(*o, globals); });
 }
 

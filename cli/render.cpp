@@ -57,7 +57,8 @@ Pictures: .png (and others that OpenImageIO writes), 8 bits sRGB; .exr, linear. 
 channels R G B A (color, A is coverage), Z (depth, metres along the view axis), position.X Y Z (metres from the eye,
 body axes), normal.X Y Z (body axes), height.Y (metres above the datum), latlon.lat lon lat_low lon_low (degrees; the sums lat
 + lat_low and lon + lon_low are good to 1e-12), error.pixels and error.metres (bounds of the patch's distance from the
-surface), level.Y (-1: background), source.Y (0 measured, 1 interpolated below the file's samples, -1 background). Samples at
+surface), level.Y (-1: background), source.Y (0 measured, 1 interpolated below the file's samples, 2 synthesised
+there, -1 background). Samples at
 pixel centres, 32-bit but for color. The header holds worldToCamera and worldToNDC (body axes from the eye, row vectors),
 the eye as carat:origin, and units. --stats holds the camera too.
 
@@ -163,8 +164,9 @@ int run(Options o, const Globals& globals) {
     Renderer renderer(body, view.unit(), o.renderer);
     if (colours) renderer.set_colours(*colours);
     stats.device = renderer.device_name();
-    const DrawList list =
-        converged_cut(*file, view, o.error * o.look.supersample, o.spacing * o.look.supersample, draped);
+    const auto detail = detail_of(o.look, file->header());
+    const DrawList list = converged_cut(*file, view, o.error * o.look.supersample,
+                                        o.spacing * o.look.supersample, draped, detail.get());
     Frame frame = renderer.draw(request, list.meshes);
     for (const std::string& message : renderer.messages()) throw Error(ErrorCode::io, "Vulkan: " + message);
     frame.colour = shrunk(frame.colour, o.look.supersample);

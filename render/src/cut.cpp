@@ -29,14 +29,15 @@ enum class Outcome : std::uint8_t {
 class Selection {
   public:
     Selection(const Repository& repository, const Visibility& visibility, double threshold, double spacing,
-              const ColourRepository* colour)
+              const ColourRepository* colour, const Detail* detail)
         : repository_(repository),
+          detail_(detail),
           visibility_(visibility),
           threshold_(threshold),
           spacing_(spacing),
           cells_(repository.header().cells()),
           deepest_(deepest_refinable_level(repository.header().log2_cells)),
-          survey_(repository, visibility.body(), colour),
+          survey_(repository, visibility.body(), colour, detail),
           graph_(repository) {}
 
     Cut run() {
@@ -110,7 +111,12 @@ class Selection {
         for (int face = 0; face < kFaces; ++face) {
             std::array<HalfHeights, 2> heights = split(repository_.root(face));
             CutNode& root = *graph_.nodes().at(root_diamond(face));
-            for (const std::size_t side : {0u, 1u}) root.halves[side].heights = std::move(heights[side]);
+            for (const std::size_t side : {0u, 1u}) {
+                CutHalf& half = root.halves[side];
+                half.heights = std::move(heights[side]);
+                if (detail_ != nullptr && !root.in_file)
+                    detail_->begin(repository_, half.half(), half.heights);
+            }
         }
     }
 
@@ -131,13 +137,21 @@ class Selection {
     // Hands the refined heights to the four child halves and lets go of its own.
     void decode(CutNode& n) const {
         const auto hand_down = [&](const auto& refined) {
-            for (CutHalf* child : n.child_halves) child->heights = gather_child(refined, n.id, child->half());
+            for (CutHalf* child : n.child_halves) {
+                child->heights = gather_child(refined, n.id, child->half());
+                if (detail_ != nullptr && n.in_file && !child->node->in_file)
+                    detail_->begin(repository_, child->half(), child->heights);
+            }
         };
         if (n.in_file) {
             thread_local Heights whole;
             thread_local RefinedHeights refined;
             whole_heights(n.halves[0].heights, n.halves[1].heights, cells_, whole);
             repository_.refine(n.id, whole, refined);
+            hand_down(refined);
+        } else if (detail_ != nullptr) {
+            thread_local VirtualHeights refined;
+            detail_->refine(n.id, n.level, n.halves[0].heights, n.halves[1].heights, refined);
             hand_down(refined);
         } else {
             hand_down(refine_virtually(n.halves[0].heights, n.halves[1].heights, cells_));
@@ -176,6 +190,7 @@ class Selection {
     }
 
     const Repository& repository_;
+    const Detail* const detail_;
     const Visibility& visibility_;
     const double threshold_, spacing_;
     const int cells_, deepest_;
@@ -197,11 +212,11 @@ double leaf_delta(const Ellipsoid& body, const Half& half, const HalfRange& rang
 }
 
 Cut select_cut(const Repository& repository, const Visibility& visibility, double threshold, double spacing,
-               const ColourRepository* colour) {
+               const ColourRepository* colour, const Detail* detail) {
     if (!(threshold > 0)) throw Error(ErrorCode::usage, "the threshold on screen must be positive");
     if (!(spacing >= 0)) throw Error(ErrorCode::usage, "the spacing on screen must not be negative");
     const ReadCounters before = repository.counters();
-    Cut cut = Selection(repository, visibility, threshold, spacing, colour).run();
+    Cut cut = Selection(repository, visibility, threshold, spacing, colour, detail).run();
     cut.counters.read = difference(repository.counters(), before);
     return cut;
 }

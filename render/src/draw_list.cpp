@@ -14,7 +14,8 @@ DrawList build_draw_list(const RepositoryHeader& header, const Ellipsoid& body, 
     const Stopwatch watch(list.counters.build_ms);
     std::erase_if(cut.frontier, [](const FrontierHalf& h) { return h.culled != Culled::none; });
 
-    for (const FrontierHalf& h : cut.frontier) list.facts.push_back({h.error, h.delta, h.is_virtual});
+    for (const FrontierHalf& h : cut.frontier)
+        list.facts.push_back({h.error, h.delta, h.is_virtual, h.is_virtual && !h.heights.rough.empty()});
 
     const PatchBuilder builder(body, header.quantum, header.cells(), std::move(colour));
     std::vector<std::shared_ptr<PatchMesh>> patches(cut.frontier.size());
@@ -36,16 +37,22 @@ void check_colours_fit(const ColourRepository& colour, const RepositoryHeader& r
                                           " cells a side, the relief of " + std::to_string(relief.cells()));
 }
 
+Visibility visibility_of(const RepositoryHeader& header, const Ellipsoid& body, const View& view,
+                         double threshold, const Detail* detail) {
+    const double beyond = detail == nullptr ? 0 : detail->greatest();
+    return {view, body, header.min_height * header.quantum - beyond,
+            header.max_height * header.quantum + beyond, threshold};
+}
+
 DrawList converged_cut(const Repository& repository, const View& view, double threshold, double spacing,
-                       std::shared_ptr<const ColourRepository> colour) {
+                       std::shared_ptr<const ColourRepository> colour, const Detail* detail) {
     const RepositoryHeader& header = repository.header();
     const Ellipsoid body = header.ellipsoid();
     if (view.unit() != length_unit(body))
         throw Error(ErrorCode::usage, "the view is of another body than the file");
     if (colour) check_colours_fit(*colour, header);
-    const Visibility visibility(view, body, header.min_height * header.quantum,
-                                header.max_height * header.quantum, threshold);
-    Cut cut = select_cut(repository, visibility, threshold, spacing, colour.get());
+    const Visibility visibility = visibility_of(header, body, view, threshold, detail);
+    Cut cut = select_cut(repository, visibility, threshold, spacing, colour.get(), detail);
     return build_draw_list(header, body, std::move(cut), std::move(colour));
 }
 

@@ -8,30 +8,38 @@
 
 namespace carat {
 
-HalfSurvey::HalfSurvey(const Repository& repository, const Ellipsoid& body, const ColourRepository* colour)
+HalfSurvey::HalfSurvey(const Repository& repository, const Ellipsoid& body, const ColourRepository* colour,
+                       const Detail* detail)
     : repository_(repository),
       colour_(colour),
+      detail_(detail),
       body_(body),
       cells_(repository.header().cells()),
       quantum_(repository.header().quantum),
       rounding_(length_unit(body_) * (std::numbers::sqrt3 / 2 + kPositionRounding)) {}
 
-double HalfSurvey::spacing(const Half& half, bool refined_by_file) const {
-    if (!refined_by_file && (colour_ == nullptr || !colour_->refined(half.diamond))) return 0;
+double HalfSurvey::spacing(const Half& half, bool has_finer) const {
+    if (!has_finer && (colour_ == nullptr || !colour_->refined(half.diamond))) return 0;
     return sample_spacing(body_, half.diamond, cells_);
 }
 
+// A leaf whose detail may show is left to its own heights.
 HalfBounds HalfSurvey::by_summary(const HalfShape& shape, const Half& half, bool refined_by_file) const {
     const HalfSummary s = repository_.summary(half);
-    return {shape.volume(s.min_height, s.max_height, rounding_), s.delta + rounding_,
-            spacing(half, refined_by_file)};
+    const double beyond = detail_ == nullptr ? 0 : detail_->bound_beneath(repository_, half);
+    return {shape.volume(s.min_height - beyond, s.max_height + beyond, rounding_),
+            s.delta + beyond + rounding_, spacing(half, refined_by_file || beyond > 0)};
 }
 
+// Detail moves points along unit normals, on top of what the flat triangles miss.
 HalfBounds HalfSurvey::by_heights(const HalfShape& shape, const Half& half,
                                   const HalfHeights& heights) const {
     const HalfRange range = half_range(heights, cells_, quantum_);
-    return {shape.volume(range.min, range.max, rounding_),
-            leaf_delta(shape.curvature(cells_), range) + rounding_, spacing(half, false)};
+    const int level = detail_ == nullptr ? 0 : half.diamond.level();
+    const double beyond = detail_ == nullptr ? 0 : detail_->bound(level, heights);
+    return {shape.volume(range.min - beyond, range.max + beyond, rounding_),
+            leaf_delta(shape.curvature(cells_), range) + beyond + rounding_,
+            spacing(half, detail_ != nullptr && detail_->shows(level, heights))};
 }
 
 HalfBounds HalfSurvey::by_summary(const Half& half, bool refined_by_file) const {

@@ -5,12 +5,13 @@
 
 #include "carat/codec/colour.hpp"
 #include "carat/codec/repository.hpp"
+#include "carat/render/detail.hpp"
 #include "carat/render/half_heights.hpp"
 #include "carat/render/visibility.hpp"
 
 namespace carat {
 
-// True bounds of the flat patch of a half and of the surface S beneath it; metres.
+// True bounds of the flat patch of a half and of the surface beneath it, S or S with detail; metres.
 struct HalfBounds {
     HalfVolume volume;
     double delta = 0;    // of the distance between patch and S, the rounding of vertices included
@@ -32,7 +33,9 @@ struct Judgement {
 class HalfSurvey {
   public:
     // colour, if not null, has samples of its own: bounds have their spacing where it is finer than the file.
-    HalfSurvey(const Repository& repository, const Ellipsoid& body, const ColourRepository* colour = nullptr);
+    // detail, if not null, is part of the surface.
+    HalfSurvey(const Repository& repository, const Ellipsoid& body, const ColourRepository* colour = nullptr,
+               const Detail* detail = nullptr);
 
     HalfBounds by_summary(const Half& half, bool refined_by_file) const;
     HalfBounds by_heights(const Half& half, const HalfHeights& heights) const;
@@ -42,12 +45,13 @@ class HalfSurvey {
     double rounding() const { return rounding_; }
 
   private:
-    double spacing(const Half& half, bool refined_by_file) const;
+    double spacing(const Half& half, bool has_finer) const;
     HalfBounds by_summary(const HalfShape& shape, const Half& half, bool refined_by_file) const;
     HalfBounds by_heights(const HalfShape& shape, const Half& half, const HalfHeights& heights) const;
 
     const Repository& repository_;
     const ColourRepository* colour_;
+    const Detail* detail_;
     Ellipsoid body_;
     int cells_;
     double quantum_, rounding_;

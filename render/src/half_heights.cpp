@@ -88,26 +88,37 @@ HalfHeights gather_child(const RefinedHeights& parent, DiamondId parent_id, cons
     return {gather(parent.v.data(), parent.c.data(), parent_id, child_half, parent.n - 1), {}};
 }
 
+void virtual_vertices(const HalfHeights& half0, const HalfHeights& half1, int cells, std::int64_t* out) {
+    if (half0.whole.empty() && half1.whole.empty())
+        fill_matrix([p = half0.fine.data()](std::size_t k) { return p[k]; },
+                    [p = half1.fine.data()](std::size_t k) { return p[k]; }, cells, out);
+    else
+        fill_matrix([&](std::size_t k) { return half0.at(k); }, [&](std::size_t k) { return half1.at(k); },
+                    cells, out);
+}
+
 VirtualHeights refine_virtually(const HalfHeights& half0, const HalfHeights& half1, int cells) {
     const int n = cells + 1;
-    VirtualHeights out{
-        n, std::vector<std::int64_t>(static_cast<std::size_t>(n) * static_cast<std::size_t>(n)), {}};
-    fill_matrix([&](std::size_t k) { return half0.at(k); }, [&](std::size_t k) { return half1.at(k); }, cells,
-                out.v.data());
+    VirtualHeights out;
+    out.n = n;
+    out.v.resize(static_cast<std::size_t>(n) * static_cast<std::size_t>(n));
+    virtual_vertices(half0, half1, cells, out.v.data());
     out.c.reserve(static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells));
     for (int i = 0; i < cells; ++i)
         for (int j = 0; j < cells; ++j) {
             const std::int64_t sum =
                 main_diagonal(i, j) ? out.v[matrix_index(i, j, n)] + out.v[matrix_index(i + 1, j + 1, n)]
                                     : out.v[matrix_index(i + 1, j, n)] + out.v[matrix_index(i, j + 1, n)];
-            assert(sum % 2 == 0);
-            out.c.push_back(sum / 2);
+            out.c.push_back(sum >> 1);
         }
     return out;
 }
 
 HalfHeights gather_child(const VirtualHeights& parent, DiamondId parent_id, const Half& child_half) {
-    return {{}, gather(parent.v.data(), parent.c.data(), parent_id, child_half, parent.n - 1)};
+    HalfHeights out{{}, gather(parent.v.data(), parent.c.data(), parent_id, child_half, parent.n - 1)};
+    if (!parent.rough_v.empty())
+        out.rough = gather(parent.rough_v.data(), parent.rough_c.data(), parent_id, child_half, parent.n - 1);
+    return out;
 }
 
 namespace {

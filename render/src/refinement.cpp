@@ -16,9 +16,10 @@ std::uint64_t bytes_of(const ChildHalf& child) {
 }
 
 RefinementMaker::RefinementMaker(const Repository& repository, const Ellipsoid& body,
-                                 const std::shared_ptr<const ColourRepository>& colour)
+                                 const std::shared_ptr<const ColourRepository>& colour, const Detail* detail)
     : repository_(repository),
-      survey_(repository, body, colour.get()),
+      detail_(detail),
+      survey_(repository, body, colour.get(), detail),
       builder_(body, repository.header().quantum, repository.header().cells(), colour),
       cells_(repository.header().cells()),
       deepest_(deepest_refinable_level(repository.header().log2_cells)),
@@ -29,9 +30,12 @@ std::uint64_t RefinementMaker::mesh_bytes() const {
            (sizeof(PatchVertex) + (coloured_ ? sizeof(std::uint32_t) : 0));
 }
 
-void RefinementMaker::add_facts(ChildHalf& child, bool in_file, int level) const {
+void RefinementMaker::add_facts(ChildHalf& child, HalfHeights heights, bool in_file, int level) const {
     child.refined_by_file =
         in_file && level < repository_.header().deepest_level && repository_.refined(child.half.diamond);
+    if (detail_ != nullptr && in_file && !child.refined_by_file)
+        detail_->begin(repository_, child.half, heights);
+    child.heights = std::make_shared<const HalfHeights>(std::move(heights));
     child.facts = std::make_shared<const HalfFacts>(
         survey_.facts(child.half, in_file, child.refined_by_file, *child.heights));
 }
@@ -43,8 +47,7 @@ std::array<ChildHalf, 2> RefinementMaker::face(int face) const {
     for (const std::size_t side : {0u, 1u}) {
         ChildHalf& half = out[side];
         half.half = {root_diamond(face), static_cast<int>(side)};
-        half.heights = std::make_shared<const HalfHeights>(std::move(heights[side]));
-        add_facts(half, true, 0);
+        add_facts(half, std::move(heights[side]), true, 0);
         half.mesh = build(half.half, *half.heights, times);
     }
     return out;
@@ -67,9 +70,8 @@ std::unique_ptr<Refinement> RefinementMaker::refine(const RefineWork& work, Work
                 for (const int leg : {0, 1}) {
                     ChildHalf& child = out->children[static_cast<std::size_t>(2 * side + leg)];
                     child.half = child_halves({work.id, side})[static_cast<std::size_t>(leg)];
-                    child.heights =
-                        std::make_shared<const HalfHeights>(gather_child(refined, work.id, child.half));
-                    add_facts(child, work.by_file, work.level + 1);
+                    add_facts(child, gather_child(refined, work.id, child.half), work.by_file,
+                              work.level + 1);
                 }
         };
         if (work.by_file) {
@@ -77,6 +79,10 @@ std::unique_ptr<Refinement> RefinementMaker::refine(const RefineWork& work, Work
             thread_local RefinedHeights refined;
             whole_heights(*work.heights[0], *work.heights[1], cells_, whole);
             repository_.refine(work.id, whole, refined);
+            gather(refined);
+        } else if (detail_ != nullptr) {
+            thread_local VirtualHeights refined;
+            detail_->refine(work.id, work.level, *work.heights[0], *work.heights[1], refined);
             gather(refined);
         } else {
             gather(refine_virtually(*work.heights[0], *work.heights[1], cells_));

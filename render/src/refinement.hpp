@@ -54,9 +54,10 @@ struct WorkTimes {
 // Thread-safe.
 class RefinementMaker {
   public:
-    // colour: null for none; must outlive this, as the repository must.
+    // colour, detail: null for none; must outlive this, as the repository must.
     RefinementMaker(const Repository& repository, const Ellipsoid& body,
-                    const std::shared_ptr<const ColourRepository>& colour = nullptr);
+                    const std::shared_ptr<const ColourRepository>& colour = nullptr,
+                    const Detail* detail = nullptr);
 
     // The two halves of a face.
     std::array<ChildHalf, 2> face(int face) const;
@@ -67,10 +68,11 @@ class RefinementMaker {
     std::uint64_t mesh_bytes() const;
 
   private:
-    void add_facts(ChildHalf& child, bool in_file, int level) const;
+    void add_facts(ChildHalf& child, HalfHeights heights, bool in_file, int level) const;
     bool wanted(const MeshWish& wish, const ChildHalf& child, int level) const;
 
     const Repository& repository_;
+    const Detail* detail_;
     HalfSurvey survey_;
     PatchBuilder builder_;
     int cells_, deepest_;

@@ -38,7 +38,7 @@ Refiner::State::State(std::shared_ptr<const Repository> repository, const Refine
       cells_(repository_->header().cells()),
       unit_(length_unit(body_)),
       read_before_(repository_->counters()),
-      maker_(*repository_, body_, options.colour),
+      maker_(*repository_, body_, options.colour, options.detail.get()),
       graph_(maker_),
       seams_(cells_),
       pool_(worker_count(options.threads), lower_thread_priority) {
@@ -70,9 +70,8 @@ void Refiner::State::begin(const View& view, const RefineGoal& goal, const Refin
     missing_.clear();
     requested_.clear();
     posted_.clear();
-    const RepositoryHeader& header = repository_->header();
-    visibility_ = std::make_shared<const Visibility>(view, body_, header.min_height * header.quantum,
-                                                     header.max_height * header.quantum, goal.threshold);
+    visibility_ = std::make_shared<const Visibility>(
+        visibility_of(repository_->header(), body_, view, goal.threshold, options_.detail.get()));
 }
 
 RefinedFrame Refiner::State::frame(const View& view, const RefineGoal& goal, const RefineBudget& budget) {

@@ -18,6 +18,7 @@
 
 #include "carat/codec/colour.hpp"
 #include "carat/codec/repository.hpp"
+#include "carat/render/detail.hpp"
 #include "carat/render/half_heights.hpp"
 #include "carat/render/visibility.hpp"
 
@@ -63,8 +64,10 @@ inline constexpr std::uint64_t kMaxRefined = 50'000;
 // 65 x 65 diamonds, and one decoded diamond a thread.
 // colour, if not null: what it refines demands refinement for the spacing of its samples too, below the
 // file's leaves virtually.
+// detail, if not null, is part of the surface below the file's leaves: in heights, bounds and demands. The
+// visibility's heights must hold it too (Detail::greatest()).
 Cut select_cut(const Repository& repository, const Visibility& visibility, double threshold,
-               double spacing = 0, const ColourRepository* colour = nullptr);
+               double spacing = 0, const ColourRepository* colour = nullptr, const Detail* detail = nullptr);
 
 // The deepest level whose diamonds can be refined, for N = 2^p + 1.
 int deepest_refinable_level(int p);

@@ -13,9 +13,10 @@ namespace carat {
 
 // What is known of a patch besides its mesh.
 struct PatchFacts {
-    double error = 0;         // pixels: bound of the distance on screen between the patch and S
-    double delta = 0;         // metres: bound of their distance
-    bool is_virtual = false;  // below the file's leaves: its inner samples are interpolated
+    double error = 0;          // pixels: bound of the distance on screen between the patch and S
+    double delta = 0;          // metres: bound of their distance
+    bool is_virtual = false;   // below the file's leaves: its inner samples are interpolated or synthesised
+    bool synthesised = false;  // with procedural detail
 };
 
 struct DrawList {
@@ -31,8 +32,13 @@ struct DrawList {
 // Uses the threads of the current TBB arena.
 // colour, if not null, is draped over the relief: one cut serves both, the union of what each asks for. Of
 // the same body and n(), else Error(usage).
+// detail, if not null: of this file; part of the surface.
 DrawList converged_cut(const Repository& repository, const View& view, double threshold, double spacing = 0,
-                       std::shared_ptr<const ColourRepository> colour = nullptr);
+                       std::shared_ptr<const ColourRepository> colour = nullptr,
+                       const Detail* detail = nullptr);
+// Of all that is drawn, detail included or not: heights for a Visibility, metres.
+Visibility visibility_of(const RepositoryHeader& header, const Ellipsoid& body, const View& view,
+                         double threshold, const Detail* detail);
 // Throws Error(usage) naming what differs if the colours are of another body or n().
 void check_colours_fit(const ColourRepository& colour, const RepositoryHeader& relief);
 

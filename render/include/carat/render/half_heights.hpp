@@ -25,10 +25,15 @@ inline constexpr double kHeightFraction = 1.0 / (1 << kHeightFractionBits);
 struct HalfHeights {
     std::vector<std::int32_t, BlockAllocator<std::int32_t>> whole;  // one of the two is empty
     std::vector<std::int64_t, BlockAllocator<std::int64_t>> fine;
+    // Of each vertex, how rough procedural detail is there (detail.hpp); empty: there is none.
+    std::vector<std::int32_t, BlockAllocator<std::int32_t>> rough = {};
 
     bool empty() const { return whole.empty() && fine.empty(); }
     std::size_t size() const { return whole.empty() ? fine.size() : whole.size(); }
-    std::size_t bytes() const { return whole.size() * sizeof(whole[0]) + fine.size() * sizeof(fine[0]); }
+    std::size_t bytes() const {
+        return whole.size() * sizeof(whole[0]) + fine.size() * sizeof(fine[0]) +
+               rough.size() * sizeof(rough[0]);
+    }
     // In 2^-kHeightFractionBits quanta.
     std::int64_t at(std::size_t k) const {
         return whole.empty() ? fine[k] : std::int64_t{whole[k]} * (std::int64_t{1} << kHeightFractionBits);
@@ -44,11 +49,15 @@ void whole_heights(const HalfHeights& half0, const HalfHeights& half1, int cells
 // The half of a child from the V and C of its refined parent.
 HalfHeights gather_child(const RefinedHeights& parent, DiamondId parent_id, const Half& child_half);
 
-// V and C of virtual refinement.
+// V and C of virtual refinement, and how rough detail is there; room may follow the last value.
 struct VirtualHeights {
     int n = 0;
-    std::vector<std::int64_t> v, c;  // n * n, (n - 1) * (n - 1)
+    std::vector<std::int64_t, BlockAllocator<std::int64_t>> v, c;  // n * n, (n - 1) * (n - 1)
+    std::vector<std::int32_t, BlockAllocator<std::int32_t>> rough_v = {}, rough_c = {};
 };
+// V of virtual refinement, n * n values: P.
+void virtual_vertices(const HalfHeights& half0, const HalfHeights& half1, int cells, std::int64_t* out);
+// C is the midpoint of the cell's diagonal: exact without detail, else rounded down.
 VirtualHeights refine_virtually(const HalfHeights& half0, const HalfHeights& half1, int cells);
 HalfHeights gather_child(const VirtualHeights& parent, DiamondId parent_id, const Half& child_half);
 

@@ -19,6 +19,7 @@
 
 #include "carat/codec/colour.hpp"
 #include "carat/codec/repository.hpp"
+#include "carat/render/detail.hpp"
 #include "carat/render/patch_mesh.hpp"
 #include "carat/render/view.hpp"
 
@@ -48,6 +49,8 @@ struct RefinerOptions {
     std::uint64_t bytes = std::uint64_t{2} << 30;  // of heights and meshes, those kept for later included
     // Draped over the relief, as for converged_cut(); null: none.
     std::shared_ptr<const ColourRepository> colour = nullptr;
+    // Procedural detail of this file, as for converged_cut(); null: none.
+    std::shared_ptr<const Detail> detail = nullptr;
 };
 
 struct RefineCounters {

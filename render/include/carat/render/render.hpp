@@ -8,6 +8,7 @@
 //   visibility culling and screen error in pixels, both true bounds                    visibility.hpp
 //   cut        the least within a threshold: a pure function of (file, view, threshold)  cut.hpp
 //   heights    whole quanta, or 2^-25 of them below the leaves: always exact           half_heights.hpp
+//   detail     relief synthesised below the leaves, the same from anywhere            detail.hpp
 //   patches    exact positions, normals by finite differences, stitched along edges    patch_builder.hpp
 //   draw list  all of the above in one call                                            draw_list.hpp
 //   flight     where the eye is along keyframes                                        flight.hpp
@@ -17,6 +18,7 @@
 #pragma once
 
 #include "carat/render/cut.hpp"
+#include "carat/render/detail.hpp"
 #include "carat/render/draw_list.hpp"
 #include "carat/render/flight.hpp"
 #include "carat/render/flight_path.hpp"
