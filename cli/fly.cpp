@@ -11,6 +11,7 @@
 
 #include "carat/codec/surface.hpp"
 #include "carat/globe/error.hpp"
+#include "carat/render/detail_surface.hpp"
 #include "carat/render/flight_path.hpp"
 #include "carat/render/refiner.hpp"
 #include "commands.hpp"
@@ -70,7 +71,9 @@ void check(const Options& o) {
 FlightPath path_of(const Options& o, const std::shared_ptr<const Repository>& file) {
     FlightSite site;
     if (o.place) site.place = Geodetic{(*o.place)[0], (*o.place)[1]};
+    const auto detail = detail_of(o.look, file->header());
     site.ground = [&](const Geodetic& place) {
+        if (detail) return DetailSurface(file, detail, 1).sample(lattice_position(direction(place))).height;
         return Surface(file, 1).sample(lattice_position(direction(place))).height;
     };
     return read_flight_path(o.path, site);

@@ -99,7 +99,7 @@ TEST(Detail, PatchesAreWatertightAndTheirErrorsTrue) {
             std::uint64_t shared = 0;
             int k = 0;
             for (const NamedView& v : test_views(*planet, 3, 12)) {
-                if (k++ % 8 != 0) continue;
+                if (k++ % 5 != 0) continue;
                 SCOPED_TRACE(v.name);
                 const Visibility visibility =
                     visibility_of(planet->header(), planet->body(), v.view, 4, detail.get());
