@@ -1,5 +1,5 @@
-// The built-in tables of the range coder, in the form of RangeTables::bytes(). Part of the file format: written by
-// carat_train_tables (bench/codec), never to be changed while coder id 1 means them.
+// The built-in tables of the range coder, in the form of RangeTables::bytes(). Part of the file format:
+// written by carat_train_tables (bench/codec), never to be changed while coder id 1 means them.
 #pragma once
 
 #include <cstdint>

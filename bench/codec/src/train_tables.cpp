@@ -47,8 +47,8 @@ RangeStatistics filled(const RangeStatistics& seen) {
 void print(const RangeTables& tables) {
     std::printf(
         "// The built-in tables of the range coder, in the form of RangeTables::bytes(). Part of the file "
-        "format: written by\n"
-        "// carat_train_tables (bench/codec), never to be changed while coder id 1 means them.\n"
+        "format:\n"
+        "// written by carat_train_tables (bench/codec), never to be changed while coder id 1 means them.\n"
         "#pragma once\n\n#include <cstdint>\n\nnamespace carat {\n\n// clang-format off\n"
         "inline constexpr std::uint8_t kBuiltInRangeTables[] = {");
     int k = 0;
