@@ -173,7 +173,7 @@ Example:
   carat bench refine california.carat --threads 1,2,4)";
 
 constexpr const char* kDeadlineFooter = R"(
-Flies the three paths that come with Carat (see carat fly --help) with a budget of refinement a frame, and prints by
+Flies the paths that come with Carat (see carat fly --help) with a budget of refinement a frame, and prints by
 how much frames exceeded it, beside the same number of plain timed waits of that length in the same run: what the machine itself is late by. "late" is the same by the processor time of the
 frame's thread: what it would be late by on a core of its own. No GPU is used. "jump s" is the time to the converged
 picture at the flight's end, starting from the coarsest cut and an empty cache. On a busy machine run it as root

@@ -54,8 +54,9 @@ the higher it is, and its height changes by equal factors in equal times.
    {"time": 8, "lat": 36, "lon": -118.5, "height": 6000, "heading": 20, "pitch": -10}]
 
 A path round a place is {"name": TEXT, "place": [LAT, LON], "keyframes": LIST}: its keyframes may have "north" and "east"
-(degrees from the place) and "above" (metres above the file's ground at the place), and --at flies it elsewhere. Three come with
-Carat and are known by name: orbit-to-ground, mountain-skim and jumps-and-turns (Mount Whitney, California).
+(degrees from the place) and "above" (metres above the file's ground at the place) or "over" (the same, and the eye slows
+down by it instead of by its height), and --at flies it elsewhere. Four come with Carat and are known by name:
+orbit-to-ground, mountain-skim, jumps-and-turns and down-to-eye-level (Mount Whitney, California).
 
 OUT.mp4 needs ffmpeg; any other output is a folder of frame-00001.png and so on. --stats has one CSV line a frame: the cut
 and what was culled, pages and bytes read, diamonds decoded and predicted, patches uploaded, milliseconds by stage.

@@ -26,8 +26,9 @@ void check(const std::vector<Keyframe>& keys) {
     for (std::size_t k = 0; k < keys.size(); ++k) {
         const std::string name = "keyframe " + std::to_string(k + 1);
         (void)direction(keys[k].eye);  // refuses what is no place
-        if (!(keys[k].height > 0) || !std::isfinite(keys[k].height))
-            throw Error(ErrorCode::usage, name + ": height must be positive");
+        if (!(keys[k].height > keys[k].base) || !std::isfinite(keys[k].height - keys[k].base))
+            throw Error(ErrorCode::usage, name + (keys[k].base == 0 ? ": height must be positive"
+                                                                    : ": height must be above the base"));
         if (k > 0 && !(keys[k].time > keys[k - 1].time))
             throw Error(ErrorCode::usage, name + ": times must ascend");
     }
@@ -68,10 +69,11 @@ ViewRequest Flight::at(double time) const {
     const double u = std::clamp((t - from.time) / (to.time - from.time), 0.0, 1.0);
 
     ViewRequest view;
-    const double flown = way_flown(to.height / from.height, u) * segments_[k].distance;
+    const double ratio = (to.height - to.base) / (from.height - from.base);
+    const double flown = way_flown(ratio, u) * segments_[k].distance;
     GeographicLib::Geodesic(a_, f_).Direct(from.eye.latitude, from.eye.longitude, segments_[k].azimuth, flown,
                                            view.eye.latitude, view.eye.longitude);
-    view.height = from.height * std::pow(to.height / from.height, u);
+    view.height = mix(from.base, to.base, u) + (from.height - from.base) * std::pow(ratio, u);
     view.heading = from.heading + u * shorter_turn(from.heading, to.heading);
     view.pitch = mix(from.pitch, to.pitch, u);
     view.fov = mix(from.fov, to.fov, u);

@@ -33,7 +33,8 @@ class Site {
         }
     }
     const Geodetic& place() const {
-        if (!place_) throw Error(ErrorCode::corrupt, "\"north\", \"east\" and \"above\" need a \"place\"");
+        if (!place_)
+            throw Error(ErrorCode::corrupt, "\"north\", \"east\", \"above\" and \"over\" need a \"place\"");
         return *place_;
     }
     double ground() {
@@ -57,7 +58,11 @@ Keyframe keyframe(const Json& j, Site& site) {
     } else {
         k.eye = {j.at("lat").get<double>(), j.at("lon").get<double>()};
     }
-    if (j.contains("above")) {
+    if (j.contains("over")) {
+        (void)site.place();
+        k.base = site.ground();
+        k.height = k.base + j.at("over").get<double>();
+    } else if (j.contains("above")) {
         (void)site.place();
         k.height = site.ground() + j.at("above").get<double>();
     } else {

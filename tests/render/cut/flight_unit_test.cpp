@@ -145,6 +145,18 @@ TEST(FlightPath, WhatIsNoPathIsRefusedByName) {
     EXPECT_THROW((void)read_flight_path("no-such-path"), Error);
 }
 
+// Below sea level as elsewhere: each second the height above the base falls by the same factor.
+TEST(Flight, FallsByEqualFactorsAboveItsBase) {
+    Keyframe from = key(0, 10, 20, 1000), to = key(30, 10, 20, -198.3);
+    to.base = from.base = -200;
+    const Flight flight(Ellipsoid::earth(), {from, to});
+    const auto over = [&](double t) { return flight.at(t).height + 200; };
+    EXPECT_NEAR(over(30), 1.7, 1e-9);
+    for (double t = 2; t < 27; t += 1) EXPECT_NEAR(over(t + 1) / over(t), over(3) / over(2), 1e-6) << t;
+    to.height = -200;
+    EXPECT_THROW(Flight(Ellipsoid::earth(), {from, to}), Error);
+}
+
 TEST(FlightPath, TheShippedOnesFlyOverAnyGround) {
     EXPECT_GE(shipped_flight_paths().size(), 3u);
     for (const std::string& name : shipped_flight_paths())

@@ -1,9 +1,10 @@
 // A path of keyframes: where the eye is at any time. A pure function of time; no files, no GPU.
 //
 //   place     along the geodesic (GeographicLib) between neighbouring keyframes
-//   height    exponential in time, so that a descent from orbit takes as long for each factor of height
-//   speed     over ground in proportion to height: the fraction of the way flown is (r^u - 1)/(r - 1), r the
-//             ratio of the heights and u the fraction of the time, in the limit u for r = 1
+//   height    above the keyframe's base exponential in time, so that a descent from orbit takes as long for
+//             each factor of height; the base linear
+//   speed     over ground in proportion to height above the base: the fraction of the way flown is (r^u - 1)/
+//             (r - 1), r the ratio of the heights and u the fraction of the time, in the limit u for r = 1
 //   angles    heading by the shorter way, pitch and fov linear in time
 //   ends      time is eased over the first and last tenth of the path, at most a second each
 #pragma once
@@ -17,7 +18,8 @@ namespace carat {
 struct Keyframe {
     double time = 0;                            // seconds
     Geodetic eye;                               // degrees
-    double height = 0;                          // metres above the ellipsoid, > 0
+    double height = 0;                          // metres above the ellipsoid, > base
+    double base = 0;                            // metres above the ellipsoid: the ground near the ground
     double heading = 0, pitch = -90, fov = 45;  // degrees
 };
 

@@ -4,7 +4,8 @@
 //
 //   "time"             seconds, ascending
 //   "lat", "lon"       degrees; or, round the place, "north", "east": degrees of latitude and longitude from
-//   it "height"           metres above the ellipsoid; or "above": metres above the ground at the place
+//   it "height"           metres above the ellipsoid; or "above": metres above the ground at the place; or
+//                      "over": the same, and speed and descent go by it instead of by the height
 //   "heading", "pitch", "fov"   degrees; default 0, -90, 45
 //
 // A path round a place can be flown elsewhere. No files but the path's own, no GPU; thread-safe.
@@ -38,8 +39,8 @@ FlightPath parse_flight_path(const std::string& json, const std::string& source,
 FlightPath read_flight_path(const std::string& path, const FlightSite& site = {});
 
 // "orbit-to-ground": down from 20,000 km to a summit; "mountain-skim": 170 km at 30,000 km/h, low over peaks;
-// "jumps-and-turns": full turns, and jumps between the summit, its country and another continent. Their place
-// is Mount Whitney, California.
+// "jumps-and-turns": full turns, and jumps between the summit, its country and another continent;
+// "down-to-eye-level": from orbit to 1.7 m above the ground. Their place is Mount Whitney, California.
 std::vector<std::string> shipped_flight_paths();
 
 }  // namespace carat
