@@ -10,6 +10,7 @@
 #include "detail_code.hpp"
 #include "detail_kernel.hpp"
 #include "detail_roughness.hpp"
+#include "half_kernel.hpp"
 
 namespace carat {
 namespace {
@@ -61,14 +62,13 @@ CellGrid cell_grid(const Half& half, int level, int cells) {
 // Both halves give the diagonal: the lesser amplitude, so that no half's residuals exceed its own bound.
 void fill_roughness(const HalfHeights& half0, const HalfHeights& half1, int cells, std::int32_t* out) {
     const int n = cells + 1;
-    std::size_t k = 0;
-    for (int i = 0; i <= cells; ++i)
-        for (int j = 0; j <= i; ++j, ++k) out[i * n + j] = half0.rough[k];
-    k = 0;
-    for (int j = 0; j <= cells; ++j) {
-        for (int i = 0; i < j; ++i, ++k) out[i * n + j] = half1.rough[k];
-        const std::int32_t a = out[j * n + j], b = half1.rough[k++];
-        out[j * n + j] =
+    transpose_half(half1.rough, cells, out);
+    const std::int32_t* row = half0.rough.data();
+    for (int i = 0; i <= cells; row += ++i) {
+        std::int32_t* to = out + i * n;
+        const std::int32_t a = row[i], b = to[i];
+        std::copy_n(row, i, to);
+        to[i] =
             pack_roughness(std::min(amplitude_of(a), amplitude_of(b)), std::max(decay_of(a), decay_of(b)));
     }
 }

@@ -36,8 +36,16 @@ void gather_rows(const std::int64_t* v, const std::int64_t* c, const RowMap& m, 
         const int vp = v_first ? p : next_p, vq = v_first ? q : next_q;
         const int cp = v_first ? next_p : p, cq = v_first ? next_q : q;
         std::ptrdiff_t at_v = (vp >> 1) * n + (vq >> 1), at_c = (cp >> 1) * cells + (cq >> 1);
-        for (int k = v_first ? 0 : 1; k <= r; k += 2, at_v += v_step) row[k] = v[at_v];
-        for (int k = v_first ? 1 : 0; k <= r; k += 2, at_c += c_step) row[k] = c[at_c];
+        int k = 0;
+        if (!v_first) {
+            row[k++] = c[at_c];
+            at_c += c_step;
+        }
+        for (; k < r; k += 2, at_v += v_step, at_c += c_step) {
+            row[k] = v[at_v];
+            row[k + 1] = c[at_c];
+        }
+        if (k == r) row[k] = v[at_v];
     }
 }
 
