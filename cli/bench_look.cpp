@@ -32,6 +32,7 @@ struct Options {
 struct Row {
     std::string name;
     DrawRequest request;
+    const DrawList* list;
     Tone tone = Tone::none;
     double device_ms = std::numeric_limits<double>::infinity();  // least
     double tone_ms = std::numeric_limits<double>::infinity();
@@ -39,15 +40,16 @@ struct Row {
 
 constexpr const char* kFooter = R"(
 Draws one view, refined once, with one feature after the other, round by round, and prints the least time that the
-device took for each: drawing and shading, without uploads and reading back. Tone mapping is the host's.
+device took for each: drawing and shading, without uploads and reading back. Tone mapping is the host's. Detail is drawn with the
+patches that it asks for besides.
 
 Example:
   carat bench look earth.carat --eye 36.4,-118,5500 --heading 280 --pitch -8 --size 1280x720)";
 
-std::vector<Row> rows_of(const DrawRequest& plain, bool sea) {
+std::vector<Row> rows_of(const DrawRequest& plain, const DrawList& list, const DrawList& detailed, bool sea) {
     std::vector<Row> rows;
     const auto add = [&](const char* name, auto change) {
-        Row row{name, plain};
+        Row row{name, plain, &list};
         change(row);
         rows.push_back(std::move(row));
     };
@@ -58,6 +60,7 @@ std::vector<Row> rows_of(const DrawRequest& plain, bool sea) {
     if (sea) add("sky, water", [](Row& r) { r.request.sky = r.request.water = true; });
     add("sky, 4 samples", [](Row& r) { r.request.sky = true, r.request.samples = 4; });
     add("AOVs", [](Row& r) { r.request.aovs = {true, true, true, true, true}; });
+    add("detail", [&](Row& r) { r.list = &detailed; });
     add("tone mapping", [](Row& r) { r.tone = Tone::aces; });
     return rows;
 }
@@ -72,15 +75,17 @@ int run(Options o, const Globals& globals) {
     o.renderer.cells = file->header().cells();
     Renderer renderer(body, view.unit(), o.renderer);
     const DrawList list = converged_cut(*file, view, 1, 1.5);
+    const Detail detail(file->header(), DetailOptions{});
+    const DrawList detailed = converged_cut(*file, view, 1, 1.5, nullptr, &detail);
     Look look;
     look.samples = 1;
-    std::vector<Row> rows =
-        rows_of(draw_request(look, o.view, view, body), colours_of(body.name()).sea_level.has_value());
+    std::vector<Row> rows = rows_of(draw_request(look, o.view, view, body), list, detailed,
+                                    colours_of(body.name()).sea_level.has_value());
     double table_ms = 0;
     Progress progress("rounds", globals.quiet);
     for (int round = 0; round < o.rounds; ++round) {
         for (Row& row : rows) {
-            Frame frame = renderer.draw(row.request, list.meshes);
+            Frame frame = renderer.draw(row.request, row.list->meshes);
             row.device_ms = std::min(row.device_ms, frame.counters.gpu_ms);
             table_ms += frame.counters.table_ms;
             const auto begin = std::chrono::steady_clock::now();
@@ -95,12 +100,17 @@ int run(Options o, const Globals& globals) {
     }
     progress.finish();
     const double base = rows[0].device_ms;
-    Json json = {{"device", renderer.device_name()}, {"width", o.view.width},
-                 {"height", o.view.image_height},    {"patches", list.meshes.size()},
-                 {"sky_tables_ms", table_ms},        {"features", Json::array()}};
+    Json json = {{"device", renderer.device_name()},
+                 {"width", o.view.width},
+                 {"height", o.view.image_height},
+                 {"patches", list.meshes.size()},
+                 {"patches_with_detail", detailed.meshes.size()},
+                 {"sky_tables_ms", table_ms},
+                 {"features", Json::array()}};
     if (!o.json)
-        fmt::print("{}, {}x{}, {} patches\n{:<18} {:>10} {:>8}\n", renderer.device_name(), o.view.width,
-                   o.view.image_height, list.meshes.size(), "", "ms", "more");
+        fmt::print("{}, {}x{}, {} patches, {} with detail\n{:<18} {:>10} {:>8}\n", renderer.device_name(),
+                   o.view.width, o.view.image_height, list.meshes.size(), detailed.meshes.size(), "", "ms",
+                   "more");
     for (const Row& row : rows) {
         const double ms = row.device_ms + (row.tone == Tone::none ? 0 : row.tone_ms);
         json["features"].push_back({{"name", row.name}, {"ms", ms}, {"more_ms", ms - base}});
