@@ -15,7 +15,7 @@
 namespace carat {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x8A, 'C', 'A', 'R', 'A', 'T', 0x0D, 0x0A};
-inline constexpr std::uint32_t kFormatVersion = 3;
+inline constexpr std::uint32_t kFormatVersion = 4;
 inline constexpr std::size_t kFixedHeaderBytes = 152;
 inline constexpr std::uint32_t kMaxHeaderBytes = 1u << 24;
 inline constexpr std::uint32_t kMaxPartBytes = 64u << 10;         // pages above this are split

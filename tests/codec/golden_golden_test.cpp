@@ -1,4 +1,4 @@
-// Files of format version 3, written once and kept: both readers find the pinned heights in them, for ever.
+// Files of format version 4, written once and kept: both readers find the pinned heights in them, for ever.
 #include "golden.hpp"
 
 #include <gtest/gtest.h>

@@ -237,7 +237,7 @@ void Reader::read_header() {
     Cursor first{bytes_.data(), bytes_.data() + bytes_.size(), "header"};
     const std::vector<std::uint8_t> magic{0x8A, 0x43, 0x41, 0x52, 0x41, 0x54, 0x0D, 0x0A};
     demand(first.take(8) == magic, "wrong magic");
-    if (first.u32() != 3) refuse("unsupported", "format version");
+    if (first.u32() != 4) refuse("unsupported", "format version");
     const std::uint64_t length = first.u32();
     demand(length >= 160, "header too short");
     if (length > (std::uint64_t{1} << 24)) refuse("limit", "header too long");
