@@ -3,6 +3,8 @@
 #include "commands.hpp"
 
 #ifdef CARAT_HAS_BENCH
+#include <fmt/format.h>
+
 #include <cmath>
 #include <fstream>
 
@@ -18,6 +20,21 @@ void write_text(const std::string& file, const std::string& text) {
     std::ofstream out(file, std::ios::binary);
     out << text;
     if (!out.flush()) throw Error(ErrorCode::io, file + ": cannot be written");
+}
+
+void add_bench_direction(CLI::App& sub, ViewRequest& view) {
+    const auto angle = [&](const char* name, double& out, const char* description) {
+        add_value(sub, name, "DEG", fmt::format("{} (default {})", description, out),
+                  [&out](const std::string& text) { out = parse_number(text); });
+    };
+    angle("--heading", view.heading, "Clockwise from north");
+    angle("--pitch", view.pitch, "Up from the horizon");
+    add_value(sub, "--size", "WxH", fmt::format("Pixels (default {}x{})", view.width, view.image_height),
+              [&view](const std::string& text) {
+                  const auto size = parse_picture_size(text);
+                  view.width = size[0];
+                  view.image_height = size[1];
+              });
 }
 
 void add_crop(CLI::App& sub, std::optional<bench::Crop>& crop) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "carat/bench/raster.hpp"
+#include "carat/render/view.hpp"
 #include "commands.hpp"
 
 namespace carat::cli {
@@ -26,6 +27,9 @@ void add_bench_triangles(CLI::App& bench, Globals& globals);
 
 // Does nothing without a name. Throws Error(io).
 void write_text(const std::string& file, const std::string& text);
+
+// Adds --heading, --pitch and --size, with what `view` holds as defaults.
+void add_bench_direction(CLI::App& sub, ViewRequest& view);
 
 // Adds --crop X,Y,W,H.
 void add_crop(CLI::App& sub, std::optional<bench::Crop>& crop);

@@ -133,17 +133,7 @@ void add_bench_look(CLI::App& bench, Globals& globals) {
     sub.footer(kFooter);
     sub.add_option("FILE", o->file, "A .carat file")->required();
     add_numbers(sub, "--eye", o->eye, "LAT,LON,HEIGHT_M", "Place of the eye (default 36.4,-118,5500)");
-    const auto angle = [&](const char* name, double& out, const char* description) {
-        add_value(sub, name, "DEG", description,
-                  [&out](const std::string& text) { out = parse_number(text); });
-    };
-    angle("--heading", o->view.heading, "Clockwise from north (default 280)");
-    angle("--pitch", o->view.pitch, "Up from the horizon (default -8)");
-    add_value(sub, "--size", "WxH", "Pixels (default 1280x720)", [o](const std::string& text) {
-        const auto size = parse_picture_size(text);
-        o->view.width = size[0];
-        o->view.image_height = size[1];
-    });
+    add_bench_direction(sub, o->view);
     sub.add_option("--rounds", o->rounds, "Of all features (default 5)")->check(CLI::Range(1, 1000));
     sub.add_option("--device", o->renderer.device, "Vulkan device: part of its name, or its number");
     sub.add_flag("--json", o->json, "Print JSON");

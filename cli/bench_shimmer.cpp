@@ -217,17 +217,7 @@ void add_bench_shimmer(CLI::App& bench, Globals& globals) {
     sub.add_option("FILE", o->files, ".carat files")->required();
     add_numbers(sub, "--from", o->from, "LAT,LON,HEIGHT_M", "Begin of the way (default 36.4,-118,5500)");
     add_numbers(sub, "--to", o->to, "LAT,LON,HEIGHT_M", "Its end (default 36.401,-118.004,5490)");
-    const auto angle = [&](const char* name, double& out, const char* description) {
-        add_value(sub, name, "DEG", description,
-                  [&out](const std::string& text) { out = parse_number(text); });
-    };
-    angle("--heading", o->view.heading, "Clockwise from north (default 280)");
-    angle("--pitch", o->view.pitch, "Up from the horizon (default -12)");
-    add_value(sub, "--size", "WxH", "Pixels (default 480x270)", [o](const std::string& text) {
-        const auto size = parse_picture_size(text);
-        o->view.width = size[0];
-        o->view.image_height = size[1];
-    });
+    add_bench_direction(sub, o->view);
     sub.add_option("--frames", o->frames, "Pictures (default 24)")->check(CLI::Range(2, 1000));
     sub.add_option("--device", o->renderer.device, "Vulkan device: part of its name, or its number");
     sub.add_flag("--json", o->json, "Print JSON");
