@@ -94,10 +94,11 @@ Json to_json(const BuildReport& r, const BuildOptions& o) {
     json["sampling_tile_reads"] = r.sampling_tile_reads;
     json["measuring_tile_reads"] = r.measuring_tile_reads;
     json["resumed_files"] = r.resumed_files;
+    json["already_complete"] = r.already_complete;
     json["tolerance_m"] = r.tolerance;
     if (o.rms) json["rms_tolerance_m"] = *o.rms;
-    json["max_error_m"] = r.max_error;
-    json["rms_error_m"] = r.rms_error;
+    json["max_error_m"] = finite(r.max_error);
+    json["rms_error_m"] = finite(r.rms_error);
     if (r.certification) json["certification"] = to_json(*r.certification);
     if (r.errors) json["source_errors"] = errors_json(*r.errors);
     json["seconds"] = r.seconds;
@@ -166,8 +167,11 @@ void print_report(const BuildReport& r, const BuildOptions& options, bool json) 
         return;
     }
     print_text(r.plan);
-    fmt::print("error    at the file's own samples: greatest {:.4g} m, RMS {:.4g} m (tolerance {} m)\n",
-               r.max_error, r.rms_error, number(r.tolerance));
+    if (r.already_complete)
+        fmt::print("resumed  the file was complete already; nothing was left to do\n");
+    else
+        fmt::print("error    at the file's own samples: greatest {:.4g} m, RMS {:.4g} m (tolerance {} m)\n",
+                   r.max_error, r.rms_error, number(r.tolerance));
     if (options.rms) fmt::print("promise  RMS at most {} m\n", number(*options.rms));
     if (r.certification) print_certification(*r.certification);
     if (r.errors) print_errors(*r.errors, 1);

@@ -8,6 +8,7 @@
 #include "build_certify.hpp"
 #include "build_choice.hpp"
 #include "build_estimate.hpp"
+#include "build_finished.hpp"
 #include "build_output.hpp"
 #include "build_passes.hpp"
 #include "build_plan.hpp"
@@ -194,6 +195,19 @@ BuildReport build_in_workspace(const BuildOptions& options, const SourceStack& s
     }
 }
 
+using Instant = std::chrono::steady_clock::time_point;
+
+BuildReport timed(BuildReport report, const ProgressReporter& progress, Instant started) {
+    report.stage_seconds = progress.stage_seconds();
+    report.peak_memory_bytes = peak_memory_bytes();
+    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return report;
+}
+
+[[noreturn]] void refuse_to_replace(const BuildOptions& options) {
+    throw Error(ErrorCode::usage, options.output.string() + ": exists already; --overwrite replaces it");
+}
+
 }  // namespace
 
 BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& callback) {
@@ -220,8 +234,8 @@ BuildReport build_repository(const BuildOptions& options, const ProgressFunction
                              const std::function<void(const BuildPlan&)>& planned) {
     const auto started = std::chrono::steady_clock::now();
     check(options);
-    if (!options.overwrite && std::filesystem::exists(options.output))
-        throw Error(ErrorCode::usage, options.output.string() + ": exists already; --overwrite replaces it");
+    const bool exists = !options.overwrite && std::filesystem::exists(options.output);
+    if (exists && !options.resume) refuse_to_replace(options);
     const std::size_t memory = memory_limit(options);
     const auto threads = limit_threads(options.threads);
     ProgressReporter progress(callback);
@@ -233,18 +247,18 @@ BuildReport build_repository(const BuildOptions& options, const ProgressFunction
     std::optional<Certification> certification;
     if (options.certify) certification = certify_depth(options, sources, levels, progress);
     const BuildPlan plan = plan_of(options, sources, levels);
+    if (exists) {
+        std::optional<BuildReport> report = finished_before(options, plan, certification);
+        if (!report) refuse_to_replace(options);
+        return timed(*std::move(report), progress, started);
+    }
     check_diamonds(plan.refined, memory);
     if (planned) planned(plan);
     BuildOptions chosen = chosen_options(options, sources, levels);
     chosen.tolerance = tolerance_in_workspace(options).value_or(chosen.tolerance);
     for (;;) try {
-            BuildReport report =
-                build_in_workspace(chosen, sources, levels, progress, plan, certification, memory);
-            report.stage_seconds = progress.stage_seconds();
-            report.peak_memory_bytes = peak_memory_bytes();
-            report.seconds =
-                std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-            return report;
+            return timed(build_in_workspace(chosen, sources, levels, progress, plan, certification, memory),
+                         progress, started);
         } catch (const RmsMissed& missed) {
             chosen = with_smaller_step(chosen, missed.found);
             chosen.resume = false;

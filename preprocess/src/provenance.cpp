@@ -114,6 +114,16 @@ std::string provenance_json(const BuildOptions& o, const BuildPlan& plan, const 
     return out.dump();
 }
 
+bool same_build(const std::string& recorded, const BuildOptions& options, const BuildPlan& plan,
+                const std::optional<Certification>& certification) {
+    Json there = Json::parse(recorded, nullptr, false);
+    if (!there.is_object() || there.contains("source_errors") != options.measures()) return false;
+    Json here = Json::parse(provenance_json(options, plan, nullptr, certification));
+    for (Json* json : {&there, &here}) json->erase("shares");
+    there.erase("source_errors");
+    return there == here;
+}
+
 // All fields at their longest: 24 characters a number.
 std::size_t measured_room(const std::string& provenance, const BuildPlan& plan) {
     constexpr std::size_t kStats = 300, kPlace = 150, kLayer = 2 * kStats + kRecordedPlaces * kPlace + 150;

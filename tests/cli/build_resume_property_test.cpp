@@ -38,12 +38,40 @@ TEST_F(BuildResume, KilledAtAnyMomentItGoesOnToTheSameBytes) {
                                    build("--resume -q -o killed.carat") + " 2>/dev/null";
         const int status = std::system(killed.c_str());
         if (WIFEXITED(status) && WEXITSTATUS(status) == 0) break;
-        EXPECT_FALSE(fs::exists(path("killed.carat"))) << "not under its name before it is complete";
+        if (fs::exists(path("killed.carat"))) {
+            ASSERT_TRUE(contents(path("killed.carat")) == expected) << "under its name, but not complete";
+        }
         ++kills;
     }
     EXPECT_GE(kills, 2);
     EXPECT_TRUE(contents(path("killed.carat")) == expected) << kills << " kills";
     EXPECT_FALSE(fs::exists(path("killed.carat.build")));
+}
+
+// Killed after the output had got its name, before all temporary files were gone.
+TEST_F(BuildResume, WhatWasCompleteIsNotBuiltAgain) {
+    for (int tries = 0; !fs::exists(path("killed.carat.build")) || fs::exists(path("killed.carat"));
+         ++tries) {
+        ASSERT_LT(tries, 20);
+        fs::remove(path("killed.carat"));
+        const std::string killed = "cd '" + path("").string() + "' && timeout -s KILL " +
+                                   std::to_string(0.5 + 0.3 * tries) + " '" CARAT_PROGRAM "' " +
+                                   build("-q -o killed.carat") + " 2>/dev/null";
+        ASSERT_NE(std::system(killed.c_str()), -1);
+    }
+    ASSERT_EQ(carat(build("--temp elsewhere -o killed.carat")).exit, 0);
+    const std::string expected = contents(path("killed.carat"));
+    ASSERT_TRUE(fs::exists(path("killed.carat.build")));
+
+    EXPECT_NE(carat(build("-o killed.carat")).exit, 0) << "without --resume it is an output to be replaced";
+    EXPECT_NE(carat(build("--resume --feather 0 -o killed.carat")).exit, 0) << "another build";
+    EXPECT_NE(carat(build("--resume --coder gamma -o killed.carat")).exit, 0) << "another build";
+    const auto report = carat(build("--resume --json -o killed.carat")).json();
+    EXPECT_TRUE(report.at("already_complete").get<bool>());
+    EXPECT_EQ(report.at("file_bytes").get<std::size_t>(), expected.size());
+    EXPECT_TRUE(contents(path("killed.carat")) == expected);
+    EXPECT_FALSE(fs::exists(path("killed.carat.build")));
+    EXPECT_EQ(carat(build("--resume -o killed.carat")).exit, 0) << "and again";
 }
 
 // As Ctrl-C does: SIGINT, after ever longer times.

@@ -123,7 +123,8 @@ struct BuildReport {
     std::uint64_t file_bytes = 0;
     std::uint64_t coded_diamonds = 0, zero_diamonds = 0;
     double tolerance = 0;                 // metres, that of the file
-    double max_error = 0, rms_error = 0;  // metres, at lattice points, rounding to the quantum included
+    double max_error = 0, rms_error = 0;  // metres, at lattice points, rounding to the quantum included;
+                                          // NaN if already_complete
     std::optional<Certification> certification;
     std::optional<ErrorSummary> errors;      // at source samples, if they were measured
     std::uint64_t temporary_peak_bytes = 0;  // of temporary files, while this ran
@@ -132,6 +133,7 @@ struct BuildReport {
     // while sampling and while measuring: once each, unless memory is scarce.
     std::uint64_t source_tiles = 0, sampling_tile_reads = 0, measuring_tile_reads = 0;
     std::size_t resumed_files = 0;  // temporary files that an earlier run had left
+    bool already_complete = false;  // an earlier run had finished the output; resume found nothing to do
     double seconds = 0;
     std::vector<std::pair<BuildStage, double>> stage_seconds;
 };
@@ -139,6 +141,8 @@ struct BuildReport {
 // Opens the sources and finds the refined diamonds; writes nothing (--dry-run).
 BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& progress = {});
 // Throws Error: usage (options, output exists), io, limit, and what SourceStack throws.
+// With BuildOptions::resume an output that says of itself what this build would say is not built again:
+// the run that was killed had finished it.
 // After a failure of reading or writing, a full disk for one, the temporary folder is kept for
 // BuildOptions::resume; after others nothing is left. planned, if given, is called before the work begins.
 BuildReport build_repository(const BuildOptions& options, const ProgressFunction& progress = {},

@@ -20,6 +20,10 @@ inline constexpr std::size_t kRecordedPlaces = 5;
 std::string provenance_json(const BuildOptions& options, const BuildPlan& plan,
                             const ErrorSummary* errors = nullptr,
                             const std::optional<Certification>& certification = std::nullopt);
+// True if what a file says of itself is what provenance_json() of this build says; shares and errors, known
+// at the end only, aside, but for whether errors are recorded.
+bool same_build(const std::string& recorded, const BuildOptions& options, const BuildPlan& plan,
+                const std::optional<Certification>& certification);
 // Bytes that hold the same provenance with any errors.
 std::size_t measured_room(const std::string& provenance, const BuildPlan& plan);
 
