@@ -7,6 +7,7 @@
 #include "carat/globe/ellipsoid.hpp"
 #include "carat/render/draw_list.hpp"
 #include "carat/vulkan/renderer.hpp"
+#include "carat/vulkan/seen_points.hpp"
 
 namespace carat::cli {
 
@@ -19,6 +20,7 @@ struct Scene {
     const Camera& camera;
     const Ellipsoid& body;
     double unit = 0;  // metres, of the camera's eye
+    int cells = 64;   // of the meshes
 };
 
 class AovList {
@@ -39,6 +41,8 @@ class AovList {
     static constexpr std::array<const char*, kinds> kNames{"color",  "depth", "normal", "position", "height",
                                                            "latlon", "error", "level",  "source"};
     bool has(Kind kind) const { return wanted_[kind]; }
+    // Whether any is computed from the points seen.
+    bool has_points() const { return has(depth) || has(position) || has(height) || has(latlon); }
 
     std::array<bool, kinds> wanted_{true};
 };

@@ -55,7 +55,7 @@ whatever it says.
 
 Pictures: .png (and others that OpenImageIO writes), 8 bits sRGB; .exr, linear. --aov needs .exr: all in one file,
 channels R G B A (color, A is coverage), Z (depth, metres along the view axis), position.X Y Z (metres from the eye,
-body axes), normal.X Y Z (body axes), height.Y (metres above the datum), latlon.lat lon lat_low lon_low (degrees; the sums lat
+body axes; added to position_low.X Y Z in double precision, good to a millimetre at any distance), normal.X Y Z (body axes), height.Y (metres above the datum), latlon.lat lon lat_low lon_low (degrees; the sums lat
 + lat_low and lon + lon_low are good to 1e-12), error.pixels and error.metres (bounds of the patch's distance from the
 surface), level.Y (-1: background), source.Y (0 measured, 1 interpolated below the file's samples, 2 synthesised
 there, -1 background). Samples at
@@ -171,7 +171,9 @@ int run(Options o, const Globals& globals) {
     for (const std::string& message : renderer.messages()) throw Error(ErrorCode::io, "Vulkan: " + message);
     frame.colour = shrunk(frame.colour, o.look.supersample);
     if (!is_exr(o.output)) tone_map(frame.colour, o.look.tone);
-    write_picture(o.output, o.aovs.assemble(frame, {list, request.camera, body, view.unit()}, o.output));
+    write_picture(
+        o.output,
+        o.aovs.assemble(frame, {list, request.camera, body, view.unit(), o.renderer.cells}, o.output));
 
     stats.camera = request.camera;
     stats.unit = view.unit();

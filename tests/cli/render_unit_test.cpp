@@ -1,6 +1,7 @@
 // carat render: pictures, channels, statistics, refusals. Drawing is skipped where there is no Vulkan device.
 #include <OpenImageIO/imageio.h>
 
+#include "carat/globe/globe.hpp"
 #include "program.hpp"
 #include "rasters.hpp"
 
@@ -131,6 +132,10 @@ TEST_F(Render, StatisticsAreJson) {
         EXPECT_TRUE(stats.at("milliseconds").contains(key)) << key;
 }
 
+double sum_of(const Image& image, int x, int y, const std::string& channel) {
+    return image.at(x, y, channel) + static_cast<double>(image.at(x, y, channel + "_low"));
+}
+
 // The header's matrices bring every position to its own pixel; heights are those that carat query gives at
 // the place, within the stated bound of the patch and what a slope of 1 makes of it.
 TEST_F(Render, AovsAgreeWithEachOtherAndWithQueries) {
@@ -147,7 +152,9 @@ TEST_F(Render, AovsAgreeWithEachOtherAndWithQueries) {
         float camera[16], ndc[16];
         ASSERT_TRUE(in->spec().getattribute("worldtocamera", OIIO::TypeMatrix, camera));
         ASSERT_TRUE(in->spec().getattribute("worldtoscreen", OIIO::TypeMatrix, ndc));
-        EXPECT_FALSE(in->spec().get_string_attribute("carat:origin").empty());
+        std::istringstream where(std::string(in->spec().get_string_attribute("carat:origin")));
+        Vec3 origin{};
+        for (double& x : origin) ASSERT_TRUE(where >> x);
         std::ostringstream places;
         places.precision(15);
         std::vector<std::array<double, 2>> heights;  // and bounds
@@ -166,12 +173,22 @@ TEST_F(Render, AovsAgreeWithEachOtherAndWithQueries) {
                     }
                 ASSERT_NEAR(to_ndc[0] / to_ndc[3] * image.width, x + 0.5, 0.01);
                 ASSERT_NEAR(to_ndc[1] / to_ndc[3] * image.height, y + 0.5, 0.01);
+                // Position and place, each of two floats, name the same point of the body: to 0.1 mm
+                // sideways.
+                const Ellipsoid body = Ellipsoid::earth();
+                Vec3 point = origin;
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const float low = image.at(x, y, std::string("position_low.") + "XYZ"[c]);
+                    ASSERT_LE(std::abs(static_cast<double>(low)), std::abs(p[c]) * 0x1p-24);
+                    point[c] += p[c] + static_cast<double>(low);
+                }
+                const Geodetic place = geodetic(body.normal_height(point).normal);
+                ASSERT_NEAR(place.latitude, sum_of(image, x, y, "latlon.lat"), 1e-9);
+                ASSERT_NEAR(place.longitude, sum_of(image, x, y, "latlon.lon"), 1e-9);
                 const double z = image.at(x, y, "Z");
                 ASSERT_NEAR(to_camera[2], z, 1e-6 * z);
                 ASSERT_LE(image.at(x, y, "error.pixels"), 1);
-                places << image.at(x, y, "latlon.lat") + static_cast<double>(image.at(x, y, "latlon.lat_low"))
-                       << ','
-                       << image.at(x, y, "latlon.lon") + static_cast<double>(image.at(x, y, "latlon.lon_low"))
+                places << sum_of(image, x, y, "latlon.lat") << ',' << sum_of(image, x, y, "latlon.lon")
                        << '\n';
                 heights.push_back({image.at(x, y, "height.Y"), image.at(x, y, "error.metres")});
             }

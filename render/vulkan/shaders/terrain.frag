@@ -20,7 +20,7 @@ layout(location = 0) out vec4 out_colour;  // linear, alpha 1
 #ifdef CARAT_AOV
 layout(location = AOV_FIRST) out vec4 out_position;    // relative to the eye, body axes, metres; w: depth along forward
 layout(location = AOV_FIRST + 1) out vec4 out_normal;  // unit; w: height, metres
-layout(location = AOV_FIRST + 2) out uvec2 out_patch;
+layout(location = AOV_FIRST + 2) out uvec4 out_patch;  // half, number of the triangle drawn
 #endif
 
 void main() {
@@ -30,6 +30,6 @@ void main() {
 #ifdef CARAT_AOV
     out_position = vec4(in_relative, dot(frame.forward.xyz, in_relative));
     out_normal = vec4(normalize(in_normal), in_height);
-    out_patch = in_patch;
+    out_patch = uvec4(in_patch, gl_PrimitiveID, 0u);
 #endif
 }

@@ -117,7 +117,11 @@ void Device::create() {
         enumerate<VkQueueFamilyProperties>(vkGetPhysicalDeviceQueueFamilyProperties, physical_)[family_]
             .timestampValidBits;
 
-    Features wanted;
+    Features there, wanted;
+    vkGetPhysicalDeviceFeatures2(physical_, &there.base);
+    // gl_PrimitiveID in a fragment shader hangs on this feature; no geometry shader is used.
+    primitive_numbers_ = there.base.features.geometryShader == VK_TRUE;
+    wanted.base.features.geometryShader = there.base.features.geometryShader;
     wanted.base.features.shaderInt64 = VK_TRUE;
     wanted.base.features.multiDrawIndirect = VK_TRUE;
     wanted.base.features.drawIndirectFirstInstance = VK_TRUE;

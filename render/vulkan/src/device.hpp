@@ -24,6 +24,8 @@ class Device {
     const VkPhysicalDeviceProperties& properties() const { return properties_; }
     std::string name() const { return properties_.deviceName; }
     std::uint64_t max_allocation() const { return max_allocation_; }
+    // Whether fragment shaders may ask for the number of their triangle.
+    bool has_primitive_numbers() const { return primitive_numbers_; }
     bool has_timestamps() const { return timestamp_bits_ > 0; }
     std::uint64_t timestamp_mask() const;
 
@@ -46,6 +48,7 @@ class Device {
     VkPhysicalDeviceProperties properties_{};
     std::uint64_t max_allocation_ = 0;
     std::uint32_t family_ = 0, timestamp_bits_ = 0;
+    bool primitive_numbers_ = false;
     VkDevice device_ = VK_NULL_HANDLE;
     VkQueue queue_ = VK_NULL_HANDLE;
     CommandPool pool_;

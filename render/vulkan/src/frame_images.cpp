@@ -10,6 +10,12 @@ namespace {
 
 constexpr std::size_t kDepthChannel = 3, kHeightChannel = 3;  // w of positions and of normals
 
+// A pixel of kPatchFormat.
+struct PatchPixel {
+    std::uint64_t half;
+    std::uint32_t triangle, unused;
+};
+
 class Reads {
   public:
     Reads(int width, int height) : width_(width), height_(height) {}
@@ -61,9 +67,15 @@ std::vector<vk::ImageRead> frame_images(const DrawRequest& request, const vk::Ta
         reads.add_floats(targets.normal(), normal, height, kHeightChannel);
     if (want.patch) {
         frame.patch.resize(frame.colour.values.size() / frame.colour.channels.size());
-        reads.add(targets.patch(), sizeof(frame.patch[0]),
+        frame.triangle.resize(frame.patch.size());
+        reads.add(targets.patch(), sizeof(PatchPixel),
                   [&frame](std::size_t first, std::size_t count, const std::byte* pixels) {
-                      std::memcpy(frame.patch.data() + first, pixels, count * sizeof(frame.patch[0]));
+                      for (std::size_t k = 0; k < count; ++k) {
+                          PatchPixel pixel;
+                          std::memcpy(&pixel, pixels + k * sizeof(pixel), sizeof(pixel));
+                          frame.patch[first + k] = pixel.half;
+                          frame.triangle[first + k] = pixel.triangle;
+                      }
                   });
     }
     return reads.list();

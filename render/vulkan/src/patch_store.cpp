@@ -1,12 +1,11 @@
 #include "patch_store.hpp"
 
-#include <meshoptimizer.h>
-
 #include <algorithm>
 #include <array>
 
 #include "carat/globe/patch.hpp"
 #include "shared.h"
+#include "triangle_order.hpp"
 
 namespace carat::vk {
 
@@ -17,21 +16,6 @@ constexpr std::size_t kChunkBytes = std::size_t{256} << 20;
 static_assert(sizeof(gpu::VertexData) == sizeof(PatchVertex));
 static_assert(offsetof(gpu::VertexData, normal) == offsetof(PatchVertex, normal));
 static_assert(offsetof(gpu::VertexData, height) == offsetof(PatchVertex, height));
-
-// Triangles of both sides, each in an order that suits the vertex cache. 16-bit: at most 8385 vertices.
-std::vector<std::uint16_t> shared_indices(int cells) {
-    const std::size_t vertices = half_vertex_count(cells);
-    std::vector<std::uint16_t> all;
-    for (int side = 0; side < 2; ++side) {
-        std::vector<std::uint16_t> indices;
-        for (const auto& triangle : half_triangles(side, cells)) {
-            indices.insert(indices.end(), triangle.begin(), triangle.end());
-        }
-        meshopt_optimizeVertexCache(indices.data(), indices.data(), indices.size(), vertices);
-        all.insert(all.end(), indices.begin(), indices.end());
-    }
-    return all;
-}
 
 std::uint32_t slots_per_chunk(const Device& device, std::size_t patch_bytes, std::uint32_t capacity) {
     const std::size_t bytes =
@@ -72,7 +56,7 @@ PatchStore::PatchStore(Device& device, UploadRing& ring, VkDescriptorSetLayout l
 }
 
 void PatchStore::make_indices() {
-    const auto indices = shared_indices(cells_);
+    const auto indices = drawn_indices(cells_);
     const std::size_t bytes = indices.size() * sizeof(indices[0]);
     indices_ =
         make_buffer(device_, bytes, VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,

@@ -14,7 +14,7 @@ inline constexpr VkFormat kColourFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 inline constexpr VkFormat kPositionFormat = VK_FORMAT_R32G32B32A32_SFLOAT;  // and depth
 inline constexpr VkFormat kNormalFormat = VK_FORMAT_R32G32B32A32_SFLOAT;    // and height
-inline constexpr VkFormat kPatchFormat = VK_FORMAT_R32G32_UINT;
+inline constexpr VkFormat kPatchFormat = VK_FORMAT_R32G32B32A32_UINT;       // half (two), triangle
 
 // One pass over the patches.
 struct PassKind {

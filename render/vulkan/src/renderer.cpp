@@ -238,6 +238,8 @@ void Renderer::State::read_back(Pending& frame, VkCommandBuffer buffer) {
 
 void Renderer::State::submit(const DrawRequest& request, PatchList patches) {
     check_request(request);
+    if (request.aovs.any() && !device.has_primitive_numbers())
+        throw Error(ErrorCode::unsupported, "AOVs: " + name + " lacks geometryShader, for gl_PrimitiveID");
     if (request.water && !table.has_sea)
         throw Error(ErrorCode::usage, "draw request: water needs a colour table with a sea level");
     if (in_flight == kFramesInFlight)

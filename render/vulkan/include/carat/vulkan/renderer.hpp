@@ -54,13 +54,14 @@ struct Light {
     double relief_exaggeration = 1;  // factor on slopes for shading only
 };
 
-// Pictures besides colour. Samples at pixel centres, never averaged; background 0.
+// Pictures besides colour. Samples at pixel centres, never averaged; background 0. Floats of the device:
+// exact points and heights follow from `patch` (seen_points.hpp).
 struct Aovs {
     bool depth = false;     // metres along the view axis
     bool position = false;  // relative to the eye, body axes, metres
     bool normal = false;    // shading normal, body axes, unit
     bool height = false;    // metres above the datum surface
-    bool patch = false;     // which half was drawn
+    bool patch = false;     // which half and which of its triangles was drawn
 
     bool any() const { return depth || position || normal || height || patch; }
 };
@@ -107,7 +108,8 @@ struct Frame {
     Picture position;  // X, Y, Z
     Picture normal;    // X, Y, Z
     Picture height;    // Y
-    std::vector<std::uint64_t> patch;  // DiamondId * 2 + side by pixel, row-major; all ones: background
+    std::vector<std::uint64_t> patch;     // DiamondId * 2 + side by pixel, row-major; all ones: background
+    std::vector<std::uint32_t> triangle;  // with patch: its place in the order of drawing, below cells^2
     FrameCounters counters;
 };
 
@@ -138,7 +140,8 @@ class Renderer {
 
     // Draws the patches. A mesh is uploaded when its half is not resident with the same mesh object.
     // Throws Error(usage) for a bad request or a mesh of other cells, Error(limit) when the picture exceeds
-    // what the device can draw or the memory it has, Error(io) when the device is lost.
+    // what the device can draw or the memory it has, Error(unsupported) for AOVs on a device that cannot
+    // number triangles, Error(io) when the device is lost.
     // Precondition: no frame is under way.
     Frame draw(const DrawRequest& request, PatchList patches);
 

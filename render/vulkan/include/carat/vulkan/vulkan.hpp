@@ -15,3 +15,4 @@
 #include "carat/vulkan/colour_table.hpp"
 #include "carat/vulkan/picture.hpp"
 #include "carat/vulkan/renderer.hpp"
+#include "carat/vulkan/seen_points.hpp"
