@@ -1,6 +1,7 @@
 // carat bench refine, deadline and scaling: the runtime without a GPU.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -84,6 +85,26 @@ void use(FlightOptions& o) {
     o.bench.height = o.size[1];
 }
 
+std::size_t by_us(const bench::DeadlineRow& row) {
+    return static_cast<std::size_t>(std::count_if(row.late_frames.begin(), row.late_frames.end(),
+                                                  [](const bench::LateFrame& l) { return l.by_us; }));
+}
+
+void print_late_frames(const std::vector<bench::DeadlineRow>& rows) {
+    const bool any = std::any_of(rows.begin(), rows.end(),
+                                 [](const bench::DeadlineRow& r) { return !r.late_frames.empty(); });
+    if (any)
+        fmt::print("\n{:<17} {:>6} {:>6} {:>8} {:>9} {:>8} {:>9} {:>8} {:>6} {:>9} {:>7}\n", "late frames",
+                   "budget", "frame", "over ms", "processor", "ready", "overslept", "gone", "sleeps",
+                   "preempted", "faults");
+    for (const bench::DeadlineRow& r : rows)
+        for (const bench::LateFrame& l : r.late_frames)
+            fmt::print(
+                "{:<17} {:>6} {:>6} {:>8.2f} {:>9.2f} {:>8.2f} {:>9.2f} {:>8.2f} {:>6} {:>9} {:>7}{}\n",
+                r.flight, r.budget_ms, l.frame, l.overrun_ms, l.processor_ms, l.ready_ms, l.overslept_ms,
+                l.gone_ms, l.other_sleeps, l.preempted, l.faults, l.by_us ? "  by us" : "");
+}
+
 int run_deadline(FlightOptions o, const Globals& globals) {
     catch_interrupts();
     use(o);
@@ -97,32 +118,38 @@ int run_deadline(FlightOptions o, const Globals& globals) {
     progress.finish();
     if (rows.size() < flights.size() * o.bench.budgets_ms.size()) return kInterrupted;
     std::string csv =
-        "flight,budget_ms,frames,over_median_ms,over_p99_ms,over_p999_ms,over_worst_ms,late_p999_ms,late_"
-        "worst_ms,wait_p999_ms,wait_"
-        "worst_ms,"
+        "flight,budget_ms,frames,over_median_ms,over_p99_ms,over_p999_ms,over_worst_ms,late_frames,late_by_"
+        "us,own_"
+        "p999_ms,own_worst_ms,other_sleeps,late_p999_ms,late_worst_ms,wait_p999_ms,wait_worst_"
+        "ms,"
         "within_share,converged_share,median_error_px,greatest_triangles,forced_coarse,decoded_a_frame,"
         "uploads_a_frame,"
         "jump_s\n";
     Json all = Json::array();
     if (!o.json)
-        fmt::print("{:<16} {:>6} {:>7} {:>32} {:>18} {:>18} {:>9} {:>9} {:>8} {:>8} {:>7} {:>7}\n", "flight",
-                   "budget", "frames", "over: median/p99/p99.9/worst ms", "late: p99.9/worst",
-                   "plain wait p99.9", "within", "median px", "Mtri max", "decoded", "upload", "jump s");
+        fmt::print(
+            "{:<17} {:>6} {:>6} {:>32} {:>14} {:>16} {:>6} {:>16} {:>7} {:>9} {:>8} {:>8} {:>7} {:>7}\n",
+            "flight", "budget", "frames", "over: median/p99/p99.9/worst ms", "over 1 ms: us",
+            "own: p99.9/worst", "sleeps", "plain wait p99.9", "within", "median px", "Mtri max", "decoded",
+            "upload", "jump s");
     for (const bench::DeadlineRow& r : rows) {
         csv += fmt::format(
-            "{},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{},{:."
-            "2f},{:."
-            "2f},{:.3f}\n",
+            "{},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{},{},{:.4f},{:.4f},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},"
+            "{:.4f},{:.4f},{},{},{:.2f},{:.2f},{:.3f}\n",
             r.flight, r.budget_ms, r.frames, r.overrun.median, r.overrun.p99, r.overrun.p999, r.overrun.worst,
-            r.late.p999, r.late.worst, r.wait_overrun.p999, r.wait_overrun.worst, r.within_share,
-            r.converged_share, r.median_error, r.greatest_triangles, r.forced_coarse, r.decoded, r.uploads,
-            r.jump_seconds);
+            r.late_frames.size(), by_us(r), r.own.p999, r.own.worst, r.other_sleeps, r.late.p999,
+            r.late.worst, r.wait_overrun.p999, r.wait_overrun.worst, r.within_share, r.converged_share,
+            r.median_error, r.greatest_triangles, r.forced_coarse, r.decoded, r.uploads, r.jump_seconds);
         if (o.json)
             all.push_back({{"flight", r.flight},
                            {"budget_ms", r.budget_ms},
                            {"frames", r.frames},
                            {"overrun_p999_ms", r.overrun.p999},
                            {"overrun_worst_ms", r.overrun.worst},
+                           {"late_frames", r.late_frames.size()},
+                           {"late_by_us", by_us(r)},
+                           {"own_p999_ms", r.own.p999},
+                           {"other_sleeps", r.other_sleeps},
                            {"late_p999_ms", r.late.p999},
                            {"wait_p999_ms", r.wait_overrun.p999},
                            {"within_share", r.within_share},
@@ -130,15 +157,16 @@ int run_deadline(FlightOptions o, const Globals& globals) {
                            {"jump_seconds", r.jump_seconds}});
         else
             fmt::print(
-                "{:<16} {:>6} {:>7} {:>8.2f}{:>8.2f}{:>8.2f}{:>8.2f} {:>9.3f}{:>9.3f} {:>18.2f} {:>8.0f}% "
-                "{:>9.2f} {:>8.2f} "
-                "{:>8.1f} {:>7.1f} {:>7.2f}\n",
+                "{:<17} {:>6} {:>6} {:>8.2f}{:>8.2f}{:>8.2f}{:>8.2f} {:>9} {:>4} {:>8.2f}{:>8.2f} "
+                "{:>6} "
+                "{:>16.2f} {:>6.0f}% {:>9.2f} {:>8.2f} {:>8.1f} {:>7.1f} {:>7.2f}\n",
                 r.flight, r.budget_ms, r.frames, r.overrun.median, r.overrun.p99, r.overrun.p999,
-                r.overrun.worst, r.late.p999, r.late.worst, r.wait_overrun.p999, 100 * r.within_share,
-                r.median_error, static_cast<double>(r.greatest_triangles) / 1e6, r.decoded, r.uploads,
-                r.jump_seconds);
+                r.overrun.worst, r.late_frames.size(), by_us(r), r.own.p999, r.own.worst, r.other_sleeps,
+                r.wait_overrun.p999, 100 * r.within_share, r.median_error,
+                static_cast<double>(r.greatest_triangles) / 1e6, r.decoded, r.uploads, r.jump_seconds);
     }
     if (o.json) fmt::print("{}\n", all.dump(2));
+    if (!o.json) print_late_frames(rows);
     write_text(o.csv, csv);
     return kSuccess;
 }
@@ -174,8 +202,13 @@ Example:
 
 constexpr const char* kDeadlineFooter = R"(
 Flies the paths that come with Carat (see carat fly --help) with a budget of refinement a frame, and prints by
-how much frames exceeded it, beside the same number of plain timed waits of that length in the same run: what the machine itself is late by. "late" is the same by the processor time of the
-frame's thread: what it would be late by on a core of its own. No GPU is used. "jump s" is the time to the converged
+how much frames exceeded it, beside the same number of plain timed waits of that length in the same run: what the
+machine itself is late by. A frame more than 1 ms over is listed with what the system did with its thread: the time
+on a processor; the time it was ready while other threads had the processors; by how much it overslept, woken later
+than it had asked to be; the time it was gone, nothing of these nor waiting for results; and how often it slept other
+than for results, which would be for a lock or for memory. Gone without such a sleep, another guest of the host had the
+processor. "own" is the overrun without what the machine took so; a frame is late by us if that, or what its processor
+time says (late in the CSV), is above 1 ms. No GPU is used. "jump s" is the time to the converged
 picture at the flight's end, starting from the coarsest cut and an empty cache. On a busy machine run it as root
 under chrt -R -f 1: that puts the frame's thread, and none of the workers, before other programs.
 

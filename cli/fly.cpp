@@ -118,13 +118,13 @@ class Pilot {
         row.where.image_height = o_.size[1];
         const ViewRequest drawn = drawn_view(o_.look, row.where);
         const View view(body_, drawn);
-        const RefinedFrame refined = refiner_.frame(view, goal(), budget());
-        if (!o_.budget && !refined.converged)
+        refiner_.frame(view, goal(), budget(), refined_);
+        if (!o_.budget && !refined_.converged)
             throw Error(ErrorCode::limit, fmt::format("frame {} needs more than --memory allows", k + 1));
-        row.cut = refined.counters;
+        row.cut = refined_.counters;
         row.cut.worst_error /= o_.look.supersample;
-        row.converged = refined.converged;
-        renderer_->submit(draw_request(o_.look, drawn, view, body_), refined.draw);
+        row.converged = refined_.converged;
+        renderer_->submit(draw_request(o_.look, drawn, view, body_), refined_.draw);
         std::optional<Frame> done;
         if (renderer_->frames_in_flight() == kFramesInFlight) done = renderer_->collect();
         row.frame_ms = milliseconds_since(started);
@@ -185,6 +185,7 @@ class Pilot {
     Flight flight_;
     std::shared_ptr<const ColourRepository> draped_;
     Refiner refiner_;
+    RefinedFrame refined_;  // the last frame's
     FrameSink sink_;
     FlightStats stats_;
     std::unique_ptr<Renderer> renderer_;

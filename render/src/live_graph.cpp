@@ -17,7 +17,7 @@ void place_half(LiveHalf& slot, ChildHalf data) {
 
 }  // namespace
 
-LiveGraph::LiveGraph(const RefinementMaker& maker) {
+LiveGraph::LiveGraph(const RefinementMaker& maker, FrameHeap& heap) : heap_(heap) {
     for (int face = 0; face < kFaces; ++face) {
         LiveNode& n = node(root_diamond(face), 0);
         std::array<ChildHalf, 2> halves = maker.face(face);
@@ -33,7 +33,7 @@ LiveNode* LiveGraph::find(DiamondId id) const {
 LiveNode& LiveGraph::node(DiamondId id, int level) {
     LiveNode*& slot = by_id_[id];
     if (slot == nullptr) {
-        nodes_.push_back(std::make_unique<LiveNode>());
+        nodes_.emplace_back(std::pmr::polymorphic_allocator<>(&heap_).new_object<LiveNode>(), End{&heap_});
         slot = nodes_.back().get();
         slot->id = id;
         slot->level = level;
@@ -57,21 +57,23 @@ void LiveGraph::remove_if_void(LiveNode& n) {
     nodes_.pop_back();
 }
 
-void LiveGraph::install(LiveNode& n, Refinement refinement) {
-    assert(n.complete() && !n.refined && refinement.id == n.id);
+void LiveGraph::install(LiveNode& n, std::unique_ptr<Refinement> refinement) {
+    assert(n.complete() && !n.refined && refinement->id == n.id);
     n.refined = true;
     ++refined_;
     for (std::size_t k = 0; k < 4; ++k) {
-        ChildHalf& child = refinement.children[k];
+        ChildHalf& child = refinement->children[k];
         LiveNode& node_of = node(child.half.diamond, n.level + 1);
         n.child_halves[k] = &node_of.halves[static_cast<std::size_t>(child.half.side)];
         place_half(*n.child_halves[k], std::move(child));
     }
+    empty_.push_back(std::move(refinement));
 }
 
 std::unique_ptr<Refinement> LiveGraph::coarsen(LiveNode& n) {
     assert(n.refined && !has_refined_child(n));
-    auto out = std::make_unique<Refinement>();
+    std::unique_ptr<Refinement> out = std::move(empty_.back());
+    empty_.pop_back();
     out->id = n.id;
     out->by_file = n.by_file();
     n.refined = false;

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "frame_heap.hpp"
 #include "refinement.hpp"
 
 namespace carat {
@@ -43,16 +44,22 @@ struct LiveNode {
 // Closed upwards at any time. Not thread-safe.
 class LiveGraph {
   public:
-    explicit LiveGraph(const RefinementMaker& maker);  // the six faces, with meshes
+    // The six faces, with meshes. The heap outlives this.
+    LiveGraph(const RefinementMaker& maker, FrameHeap& heap);
 
-    const std::vector<std::unique_ptr<LiveNode>>& nodes() const { return nodes_; }
+    struct End {
+        FrameHeap* heap;
+        void operator()(LiveNode* n) const { std::pmr::polymorphic_allocator<>(heap).delete_object(n); }
+    };
+    using Nodes = std::pmr::vector<std::unique_ptr<LiveNode, End>>;
+    const Nodes& nodes() const { return nodes_; }
     LiveNode* find(DiamondId id) const;
     // Also one that no existing half belongs to yet: remove it with remove_if_void().
     LiveNode& node(DiamondId id, int level);
     void remove_if_void(LiveNode& n);
 
-    // Preconditions: complete, not refined, of this diamond.
-    void install(LiveNode& n, Refinement refinement);
+    // Preconditions: complete, not refined, of this diamond. Keeps what is left of it for coarsen().
+    void install(LiveNode& n, std::unique_ptr<Refinement> refinement);
     // Preconditions: refined, no child refined, no child half in seams. Removes child nodes left without
     // halves.
     std::unique_ptr<Refinement> coarsen(LiveNode& n);
@@ -61,8 +68,12 @@ class LiveGraph {
     std::uint64_t refined() const { return refined_; }
 
   private:
-    std::vector<std::unique_ptr<LiveNode>> nodes_;
-    std::unordered_map<DiamondId, LiveNode*, DiamondIdHash> by_id_;
+    static constexpr std::size_t kRoom = 1 << 14;  // nodes before tables grow
+
+    FrameHeap& heap_;
+    Nodes nodes_{&heap_};
+    std::pmr::unordered_map<DiamondId, LiveNode*, DiamondIdHash> by_id_{kRoom, &heap_};
+    std::pmr::vector<std::unique_ptr<Refinement>> empty_{&heap_};
     std::uint64_t refined_ = 0;
 };
 

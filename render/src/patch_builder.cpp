@@ -13,16 +13,21 @@ PatchBuilder::PatchBuilder(const Ellipsoid& body, double quantum, int cells,
     : body_(body), quantum_(quantum), unit_(length_unit(body)), cells_(cells), colour_(std::move(colour)) {}
 
 std::shared_ptr<PatchMesh> PatchBuilder::build(const Half& half, const HalfHeights& heights) const {
-    assert(heights.size() == half_vertex_count(cells_));
     auto out = std::make_shared<PatchMesh>();
-    out->half = half;
-    out->vertices.resize(heights.size());
+    build(half, heights, *out);
+    return out;
+}
+
+void PatchBuilder::build(const Half& half, const HalfHeights& heights, PatchMesh& out) const {
+    assert(heights.size() == half_vertex_count(cells_));
+    out.half = half;
+    out.vertices.resize(heights.size());
     const HalfFrame frame = half_frame(half, cells_);
     const LatticePoint x = half.side == 0 ? frame.vertex(cells_, 0) : frame.vertex(0, cells_);
     const double metres = heights.fine.empty() ? quantum_ : quantum_ * kHeightFraction;
     const std::int64_t x_height = heights.fine.empty() ? heights.whole[half_vertex_index(cells_, 0)]
                                                        : heights.fine[half_vertex_index(cells_, 0)];
-    out->anchor = vertex_position(body_, x, static_cast<double>(x_height) * metres, unit_);
+    out.anchor = vertex_position(body_, x, static_cast<double>(x_height) * metres, unit_);
 
     const std::array<TangentTable, 3> tangents{
         {{frame, half.side, 0, cells_}, {frame, half.side, 1, cells_}, {frame, half.side, 2, cells_}}};
@@ -33,16 +38,15 @@ std::shared_ptr<PatchMesh> PatchBuilder::build(const Half& half, const HalfHeigh
                            1 / unit_,
                            metres,
                            {&tangents[0], &tangents[1], &tangents[2]},
-                           out->anchor};
+                           out.anchor};
     if (heights.fine.empty())
-        build_vertices(shape, heights.whole, out->vertices.data());
+        build_vertices(shape, heights.whole, out.vertices.data());
     else
-        build_vertices(shape, heights.fine, out->vertices.data());
+        build_vertices(shape, heights.fine, out.vertices.data());
     if (colour_) {
-        out->colours.resize(heights.size());
-        colour_->sample(half, out->colours);
+        out.colours.resize(heights.size());
+        colour_->sample(half, out.colours);
     }
-    return out;
 }
 
 }  // namespace carat

@@ -95,9 +95,26 @@ std::unique_ptr<Refinement> RefinementMaker::refine(const RefineWork& work, Work
 
 std::shared_ptr<PatchMesh> RefinementMaker::build(const Half& half, const HalfHeights& heights,
                                                   WorkTimes& times) const {
+    auto out = std::make_shared<PatchMesh>();
+    build(half, heights, *out, times);
+    return out;
+}
+
+void RefinementMaker::build(const Half& half, const HalfHeights& heights, PatchMesh& out,
+                            WorkTimes& times) const {
     const Stopwatch watch(times.build_ms);
     ++times.built;
-    return builder_.build(half, heights);
+    builder_.build(half, heights, out);
+}
+
+std::vector<std::shared_ptr<PatchMesh>> RefinementMaker::spare_meshes(int count) const {
+    std::vector<std::shared_ptr<PatchMesh>> out;
+    for (int k = 0; k < count; ++k) {
+        out.push_back(std::make_shared<PatchMesh>());
+        out.back()->vertices.assign(half_vertex_count(cells_), PatchVertex{});
+        if (coloured_) out.back()->colours.assign(half_vertex_count(cells_), 0);
+    }
+    return out;
 }
 
 }  // namespace carat

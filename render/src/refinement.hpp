@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "carat/codec/repository.hpp"
 #include "carat/render/patch_builder.hpp"
@@ -63,9 +64,13 @@ class RefinementMaker {
     std::array<ChildHalf, 2> face(int face) const;
     std::unique_ptr<Refinement> refine(const RefineWork& work, WorkTimes& times) const;
     std::shared_ptr<PatchMesh> build(const Half& half, const HalfHeights& heights, WorkTimes& times) const;
+    void build(const Half& half, const HalfHeights& heights, PatchMesh& out, WorkTimes& times) const;
+    // Meshes of no half in memory that has been touched.
+    std::vector<std::shared_ptr<PatchMesh>> spare_meshes(int count) const;
 
     int deepest() const { return deepest_; }  // level that can be refined
     std::uint64_t mesh_bytes() const;
+    bool coloured() const { return coloured_; }
 
   private:
     void add_facts(ChildHalf& child, HalfHeights heights, bool in_file, int level) const;

@@ -5,12 +5,15 @@
 #include <memory>
 #include <unordered_map>
 
+#include "frame_heap.hpp"
 #include "refinement.hpp"
 
 namespace carat {
 
 class RefinementCache {
   public:
+    explicit RefinementCache(FrameHeap& heap) : entries_(&heap), by_id_(&heap) {}
+
     bool contains(DiamondId id) const { return by_id_.contains(id); }
     // Null if there is none; else it is now the most recently used.
     Refinement* find(DiamondId id);
@@ -25,9 +28,9 @@ class RefinementCache {
     std::unique_ptr<Refinement> extract_oldest();
 
   private:
-    using Entries = std::list<std::unique_ptr<Refinement>>;  // most recently used first
+    using Entries = std::pmr::list<std::unique_ptr<Refinement>>;  // most recently used first
     Entries entries_;
-    std::unordered_map<DiamondId, Entries::iterator, DiamondIdHash> by_id_;
+    std::pmr::unordered_map<DiamondId, Entries::iterator, DiamondIdHash> by_id_;
     std::uint64_t bytes_ = 0;
 };
 

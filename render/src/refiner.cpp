@@ -39,9 +39,12 @@ Refiner::State::State(std::shared_ptr<const Repository> repository, const Refine
       unit_(length_unit(body_)),
       read_before_(repository_->counters()),
       maker_(*repository_, body_, options.colour, options.detail.get()),
-      graph_(maker_),
-      seams_(cells_),
-      pool_(worker_count(options.threads), lower_thread_priority) {
+      graph_(maker_, heap_),
+      cache_(heap_),
+      seams_(cells_, heap_),
+      pool_(
+          worker_count(options.threads), lower_thread_priority, [this](Work& task) { return work(task); },
+          heap_) {
     if (options.colour) check_colours_fit(*options.colour, repository_->header());
     for (const auto& n : graph_.nodes())
         for (const LiveHalf& h : n->halves) live_bytes_ += bytes_of(h.data);
@@ -49,6 +52,7 @@ Refiner::State::State(std::shared_ptr<const Repository> repository, const Refine
 
 void Refiner::State::begin(const View& view, const RefineGoal& goal, const RefineBudget& budget) {
     start_ = Clock::now();
+    heap_.own();
     check(view.unit() == unit_, "the view is of another body than the file");
     check(goal.threshold > 0, "the threshold on screen must be positive");
     check(goal.spacing >= 0, "the spacing on screen must not be negative");
@@ -66,21 +70,23 @@ void Refiner::State::begin(const View& view, const RefineGoal& goal, const Refin
     upload_left_ = budget.upload_bytes;
     full_ = false;
     counters_ = {};
-    candidates_ = {};
+    candidates_.clear();
     missing_.clear();
     requested_.clear();
     posted_.clear();
-    visibility_ = std::make_shared<const Visibility>(
+    visibility_ = heap_.share<Visibility>(
         visibility_of(repository_->header(), body_, view, goal.threshold, options_.detail.get()));
 }
 
-RefinedFrame Refiner::State::frame(const View& view, const RefineGoal& goal, const RefineBudget& budget) {
+void Refiner::State::frame(const View& view, const RefineGoal& goal, const RefineBudget& budget,
+                           RefinedFrame& out) {
     const double first = thread_milliseconds();
     begin(view, goal, budget);
     pool_.drop_unstarted();
     {
         const Stopwatch watch(counters_.selection_ms);
-        collect(pool_.take());
+        collect();
+        request_spares();
         select();
     }
     refine_until_deadline();
@@ -89,15 +95,14 @@ RefinedFrame Refiner::State::frame(const View& view, const RefineGoal& goal, con
     const double left =
         std::max(reserve_ms_,
                  to_the_end_ ? 0 : std::chrono::duration<double, std::milli>(end_ - Clock::now()).count());
-    collect(pool_.take());
+    collect();
     cover_missing_meshes();
     shrink_cache();
-    RefinedFrame out = finish();
+    finish(out);
     if (!to_the_end_) {
         const double last = thread_milliseconds();
         out.counters.late_ms = std::max({0.0, last - refined - left, last - first - budget.milliseconds});
     }
-    return out;
 }
 
 void Refiner::State::refine_until_deadline() {
@@ -106,7 +111,7 @@ void Refiner::State::refine_until_deadline() {
         refine_candidates();
         coarsen_unneeded();
         request_missing_meshes();
-        pool_.add(std::exchange(posted_, {}));
+        pool_.add(posted_);
     } while (!time_is_up() && wait_for_work());
 }
 
@@ -145,8 +150,7 @@ void Refiner::State::sync_seams() {
     }
 }
 
-RefinedFrame Refiner::State::finish() {
-    RefinedFrame out;
+void Refiner::State::finish(RefinedFrame& out) {
     double list_ms = 0;
     {
         const Stopwatch watch(list_ms);
@@ -155,7 +159,12 @@ RefinedFrame Refiner::State::finish() {
     {
         const Stopwatch watch(counters_.stitch_ms);
         const auto until = to_the_end_ ? end_ : end_ - nanoseconds(finish_ms_);
-        seams_.stitch(until, std::max<std::uint64_t>(1, upload_left_ / maker_.mesh_bytes()));
+        const std::size_t spares = spares_.size();
+        seams_.stitch({until, std::max<std::uint64_t>(1, upload_left_ / maker_.mesh_bytes()), !to_the_end_},
+                      spares_, replaced_);
+        spares_used_ = std::max(spares - spares_.size(), spares_used_ - spares_used_ / 16);
+        for (std::shared_ptr<PatchMesh>& mesh : replaced_) pool_.discard(std::move(mesh));
+        replaced_.clear();
     }
     {
         const Stopwatch watch(list_ms);
@@ -166,26 +175,25 @@ RefinedFrame Refiner::State::finish() {
     pool_.empty_waste();
     out.counters = counters_;
     out.counters.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
-    return out;
 }
 
 void Refiner::State::list_patches(RefinedFrame& out) {
-    std::vector<LiveHalf*> drawn;
-    drawn.reserve(drawn_);
+    listed_.clear();
     for (const auto& n : graph_.nodes()) {
         if (n->refined) continue;
         for (LiveHalf& half : n->halves) {
             if (!half.exists) continue;
             if (half.judgement.culled == Culled::frustum) ++counters_.culled_frustum;
             if (half.judgement.culled == Culled::horizon) ++counters_.culled_horizon;
-            if (shown(half)) drawn.push_back(&half);
+            if (shown(half)) listed_.push_back(&half);
         }
     }
-    std::sort(drawn.begin(), drawn.end(),
+    std::sort(listed_.begin(), listed_.end(),
               [](const LiveHalf* l, const LiveHalf* r) { return l->half() < r->half(); });
-    out.draw.reserve(drawn.size());
+    out.draw.clear();
+    out.upload.clear();
     auto before = previous_.begin();
-    for (LiveHalf* half : drawn) {
+    for (LiveHalf* half : listed_) {
         half->data.published = true;
         out.draw.push_back(half->data.mesh);
         while (before != previous_.end() && (*before)->half < half->half()) ++before;
@@ -193,7 +201,8 @@ void Refiner::State::list_patches(RefinedFrame& out) {
         counters_.worst_error = std::max(counters_.worst_error, half->judgement.error);
         if (half->judgement.error > goal_.threshold && !half->judgement.demands) ++counters_.limited;
     }
-    pool_.discard(std::make_shared<const MeshList>(std::exchange(previous_, out.draw)));
+    pool_.discard(heap_.share<MeshList>(std::move(previous_)));
+    previous_.assign(out.draw.begin(), out.draw.end());
 }
 
 void Refiner::State::count(RefinedFrame& out) {
@@ -224,7 +233,13 @@ Refiner::Refiner(std::shared_ptr<const Repository> repository, const RefinerOpti
 Refiner::~Refiner() = default;
 
 RefinedFrame Refiner::frame(const View& view, const RefineGoal& goal, const RefineBudget& budget) {
-    return state_->frame(view, goal, budget);
+    RefinedFrame out;
+    state_->frame(view, goal, budget, out);
+    return out;
+}
+
+void Refiner::frame(const View& view, const RefineGoal& goal, const RefineBudget& budget, RefinedFrame& out) {
+    state_->frame(view, goal, budget, out);
 }
 
 }  // namespace carat

@@ -82,10 +82,10 @@ void Refiner::State::install(LiveNode& n) {
     for (LiveHalf& half : n.halves) leave_frontier(half);
     std::unique_ptr<Refinement> refinement = cache_.extract(n.id);
     live_bytes_ += bytes_of(*refinement);
-    graph_.install(n, std::move(*refinement));
-    discard(std::move(refinement));
+    graph_.install(n, std::move(refinement));
     ++counters_.installed;
-    work_through({n.child_halves.begin(), n.child_halves.end()});
+    open_.assign(n.child_halves.begin(), n.child_halves.end());
+    work_through();
     for (LiveHalf* half : n.child_halves) {
         enter_frontier(*half);
         if (shown(*half) && !half->data.published)
@@ -123,16 +123,16 @@ bool Refiner::State::try_coarsen(LiveNode& n, double priority) {
 }
 
 void Refiner::State::coarsen_unneeded() {
-    std::vector<DiamondId> later;
-    for (const DiamondId id : unneeded_) {
-        LiveNode* const n = graph_.find(id);
+    std::size_t later = 0;
+    for (const Unneeded u : unneeded_) {
+        LiveNode* const n = graph_.find(u.id);
         if (n == nullptr || !n->refined || n->needed == frame_) continue;
         const bool ripe = to_the_end_ || frame_ - n->needed > kGrace;
         if (!ripe || LiveGraph::has_refined_child(*n) || (time_is_up() && counters_.coarsened > 0) ||
             !try_coarsen(*n, 0))
-            later.push_back(id);
+            unneeded_[later++] = u;
     }
-    unneeded_ = std::move(later);
+    unneeded_.erase(unneeded_.begin() + static_cast<std::ptrdiff_t>(later), unneeded_.end());
 }
 
 void Refiner::State::coarsen_with_children(LiveNode& n) {

@@ -13,15 +13,15 @@ bool Refiner::State::Candidate::operator<(const Candidate& other) const {
 // The least cut for the view, as far as its halves exist: from the faces down, a half that demands refinement
 // needs its diamond refined, and a diamond needs both parents refined.
 void Refiner::State::select() {
-    std::vector<LiveHalf*> faces;
+    open_.clear();
     for (int face = 0; face < kFaces; ++face)
-        for (LiveHalf& half : graph_.find(root_diamond(face))->halves) faces.push_back(&half);
-    work_through(std::move(faces));
+        for (LiveHalf& half : graph_.find(root_diamond(face))->halves) open_.push_back(&half);
+    work_through();
 
     drawn_ = 0;
     unneeded_.clear();
     for (const auto& n : graph_.nodes()) {
-        if (n->refined && n->needed != frame_) unneeded_.push_back(n->id);
+        if (n->refined && n->needed != frame_) unneeded_.push_back({n->level, n->id});
         if (n->refined) continue;
         for (LiveHalf& half : n->halves) {
             if (!half.exists) continue;
@@ -29,31 +29,27 @@ void Refiner::State::select() {
             enter_frontier(half);
         }
     }
-    std::sort(unneeded_.begin(), unneeded_.end(), [this](DiamondId l, DiamondId r) {
-        return std::pair(-graph_.find(l)->level, l) < std::pair(-graph_.find(r)->level, r);
-    });
+    std::sort(unneeded_.begin(), unneeded_.end());
 }
 
-void Refiner::State::work_through(std::vector<LiveHalf*> halves) {
-    while (!halves.empty()) {
-        LiveHalf& half = *halves.back();
-        halves.pop_back();
+void Refiner::State::work_through() {
+    while (!open_.empty()) {
+        LiveHalf& half = *open_.back();
+        open_.pop_back();
         judge(half);
-        if (half.judgement.demands)
-            need(*half.node, std::min(half.judgement.error, kGreatestPriority), halves);
+        if (half.judgement.demands) need(*half.node, std::min(half.judgement.error, kGreatestPriority));
     }
 }
 
-void Refiner::State::need(LiveNode& n, double priority, std::vector<LiveHalf*>& new_halves) {
+void Refiner::State::need(LiveNode& n, double priority) {
     const bool first = n.needed != frame_;
     if (!first && n.priority >= priority) return;
     n.priority = priority;
     n.needed = frame_;
     if (n.level > 0)
-        for (const int side : {0, 1})
-            need(graph_.node(*parent(n.id, side), n.level - 1), priority, new_halves);
+        for (const int side : {0, 1}) need(graph_.node(*parent(n.id, side), n.level - 1), priority);
     if (!n.refined && n.complete()) candidates_.push({priority, n.level, n.id});
-    if (n.refined && first) new_halves.insert(new_halves.end(), n.child_halves.begin(), n.child_halves.end());
+    if (n.refined && first) open_.insert(open_.end(), n.child_halves.begin(), n.child_halves.end());
 }
 
 Judgement Refiner::State::judge(const ChildHalf& child, int level) const {

@@ -8,6 +8,7 @@ namespace {
 
 // Names of jobs.
 std::uint64_t refinement_key(DiamondId id) { return id.bits() * 4; }
+constexpr std::uint64_t kSpares = ~std::uint64_t{0};
 std::uint64_t mesh_key(const Half& half) {
     return half.diamond.bits() * 4 + 1 + static_cast<std::uint64_t>(half.side);
 }
@@ -19,21 +20,33 @@ void Refiner::State::request(const LiveNode& n) {
     if (!requested_.insert(key).second) return;
     RefineWork work{n.id, n.level, n.by_file(), {n.halves[0].data.heights, n.halves[1].data.heights}, {}};
     work.wish = {visibility_, goal_.threshold, goal_.spacing, direct_, false};
-    posted_.push_back({n.priority, key, [this, work = std::move(work)] {
-                           WorkResult result;
-                           result.refinement = maker_.refine(work, result.times);
-                           return result;
-                       }});
+    posted_.push_back({n.priority, key, std::move(work)});
 }
 
 void Refiner::State::request_mesh(const ChildHalf& child, double priority) {
     const std::uint64_t key = mesh_key(child.half);
     if (!requested_.insert(key).second) return;
-    posted_.push_back({priority, key, [this, half = child.half, heights = child.heights] {
-                           WorkResult result;
-                           result.mesh = maker_.build(half, *heights, result.times);
-                           return result;
-                       }});
+    posted_.push_back({priority, key, MeshWork{child.half, child.heights}});
+}
+
+// In a worker.
+Refiner::State::WorkResult Refiner::State::work(Work& task) const {
+    WorkResult out;
+    if (const auto* refine = std::get_if<RefineWork>(&task))
+        out.refinement = maker_.refine(*refine, out.times);
+    else if (const auto* mesh = std::get_if<MeshWork>(&task))
+        out.mesh = maker_.build(mesh->half, *mesh->heights, out.times);
+    else
+        out.spares = maker_.spare_meshes(std::get<SpareWork>(task).count);
+    return out;
+}
+
+// Twice what a frame takes, so that the next frames find some while a worker makes more.
+void Refiner::State::request_spares() {
+    if (to_the_end_) return;
+    const std::size_t wanted = std::clamp<std::size_t>(2 * spares_used_, kLeastSpares, kMostSpares);
+    if (2 * spares_.size() >= wanted + kLeastSpares / 2 || !requested_.insert(kSpares).second) return;
+    posted_.push_back({kUrgent, kSpares, SpareWork{static_cast<int>(wanted - spares_.size())}});
 }
 
 // To the end, halves that will be refined need none.
@@ -45,32 +58,57 @@ void Refiner::State::request_missing_meshes() {
     }
 }
 
-// False if there is nothing to wait for or the time is up.
+// False if there is nothing to wait for or the time is up. Spare meshes are for later frames.
 bool Refiner::State::wait_for_work() {
-    while (!missing_.empty() && !time_is_up() && pool_.run_one(kUrgent)) {
-    }
-    std::vector<Pool::Done> results;
-    {
+    const bool built = build_missing_meshes();
+    const bool in_hand = requested_.size() > (requested_.contains(kSpares) ? 1 : 0);
+    if (!built && in_hand) {
         const Stopwatch watch(counters_.wait_ms);
-        results = pool_.take(stop_at());
+        const Clock::time_point until = stop_at();
+        const std::uint64_t before = pool_.sleeps();
+        pool_.wait(until);
+        counters_.waits += pool_.sleeps() - before;
+        if (const auto now = Clock::now(); now > until)
+            counters_.overslept_ms += std::chrono::duration<double, std::milli>(now - until).count();
     }
-    const bool any = !results.empty();
-    collect(std::move(results));
+    return collect() || built;
+}
+
+// Workers may not get to them in time. Colours may have to be read first, which takes too long.
+bool Refiner::State::build_missing_meshes() {
+    if (to_the_end_ || maker_.coloured()) return false;
+    bool any = false;
+    while (!missing_.empty() && !spares_.empty() && !time_is_up()) {
+        const Half half = *missing_.begin();
+        std::shared_ptr<PatchMesh> mesh = std::move(spares_.back());
+        spares_.pop_back();
+        WorkTimes times;
+        const LiveNode& n = *graph_.find(half.diamond);
+        maker_.build(half, *n.halves[static_cast<std::size_t>(half.side)].data.heights, *mesh, times);
+        counters_.build_ms += times.build_ms;
+        counters_.built += times.built;
+        take_mesh(mesh);
+        collect();
+        any = true;
+    }
     return any;
 }
 
-void Refiner::State::collect(std::vector<Pool::Done> results) {
-    std::exception_ptr error;
-    for (Pool::Done& done : results) {
-        requested_.erase(done.key);
-        if (done.error && !error) error = done.error;
-        counters_.decode_ms += done.result.times.decode_ms;
-        counters_.build_ms += done.result.times.build_ms;
-        counters_.built += done.result.times.built;
-        if (done.result.refinement) take_refinement(std::move(done.result.refinement));
-        if (done.result.mesh) take_mesh(std::move(done.result.mesh));
-    }
-    if (error) std::rethrow_exception(error);
+bool Refiner::State::collect() {
+    const bool any = pool_.take([this](Pool::Done& done) { collect(done); }) > 0;
+    if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+    return any;
+}
+
+void Refiner::State::collect(Pool::Done& done) {
+    requested_.erase(done.key);
+    if (done.error && !error_) error_ = done.error;
+    counters_.decode_ms += done.result.times.decode_ms;
+    counters_.build_ms += done.result.times.build_ms;
+    counters_.built += done.result.times.built;
+    if (done.result.refinement) take_refinement(std::move(done.result.refinement));
+    if (done.result.mesh) take_mesh(done.result.mesh);
+    for (std::shared_ptr<PatchMesh>& mesh : done.result.spares) spares_.push_back(std::move(mesh));
 }
 
 void Refiner::State::take_refinement(std::unique_ptr<Refinement> refinement) {
@@ -82,7 +120,7 @@ void Refiner::State::take_refinement(std::unique_ptr<Refinement> refinement) {
     discard(cache_.insert(std::move(refinement)));
 }
 
-void Refiner::State::take_mesh(std::shared_ptr<PatchMesh> mesh) {
+void Refiner::State::take_mesh(std::shared_ptr<PatchMesh>& mesh) {
     const Half half = mesh->half;
     LiveNode* const n = graph_.find(half.diamond);
     if (n != nullptr && n->halves[static_cast<std::size_t>(half.side)].exists) {

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace carat {
 
-Seams::Seams(int cells) : cells_(cells), normals_(static_cast<std::size_t>(cells - 1)) {}
+Seams::Seams(int cells, FrameHeap& heap)
+    : cells_(cells), heap_(&heap), normals_(static_cast<std::size_t>(cells - 1)) {}
 
 void Seams::spoil(Table& table, const LatticePoint& at, Seam& seam) {
     if (seam.stale) return;
@@ -15,7 +17,7 @@ void Seams::spoil(Table& table, const LatticePoint& at, Seam& seam) {
 }
 
 void Seams::add(Table& table, const LatticePoint& at, LiveHalf& half, int part) {
-    Seam& seam = table.seams[at];
+    Seam& seam = table.seams.try_emplace(at, heap_).first->second;
     const auto place = std::find_if(seam.uses.begin(), seam.uses.end(),
                                     [&](const Use& u) { return half.half() < u.half->half(); });
     seam.uses.insert(place, {&half, part});
@@ -52,7 +54,15 @@ void Seams::remove(LiveHalf& half) {
 // A mesh that nobody else looks at.
 PatchMesh& Seams::own_mesh(LiveHalf& half) {
     if (half.data.published) {
-        half.data.mesh = std::make_shared<PatchMesh>(*half.data.mesh);
+        std::shared_ptr<PatchMesh> mesh;
+        if (spares_->empty()) {
+            mesh = std::make_shared<PatchMesh>(*half.data.mesh);
+        } else {
+            mesh = std::move(spares_->back());
+            spares_->pop_back();
+            *mesh = *half.data.mesh;
+        }
+        old_->push_back(std::exchange(half.data.mesh, std::move(mesh)));
         half.data.published = false;
         if (copies_ > 0) --copies_;
     }
@@ -91,13 +101,14 @@ void Seams::stitch_corner(const Seam& seam) {
 }
 
 template <class Stitch>
-bool Seams::work_through(Table& table, Clock::time_point deadline, Stitch stitch) {
+bool Seams::work_through(Table& table, const Limits& limits, Stitch stitch) {
     while (!table.stale.empty()) {
-        if (copies_ == 0 || (stitched_ && Clock::now() >= deadline)) return false;
-        const LatticePoint at = table.stale.back();
+        if (copies_ == 0 || (stitched_ && Clock::now() >= limits.deadline)) return false;
+        const auto it = table.seams.find(table.stale.back());
+        const bool stale = it != table.seams.end() && it->second.stale;
+        if (stale && limits.only_spares && spares_->size() < it->second.uses.size()) return false;
         table.stale.pop_back();
-        const auto it = table.seams.find(at);
-        if (it == table.seams.end() || !it->second.stale) continue;
+        if (!stale) continue;
         stitch(it->second);
         stitched_ = true;
         it->second.stale = false;
@@ -106,11 +117,14 @@ bool Seams::work_through(Table& table, Clock::time_point deadline, Stitch stitch
     return true;
 }
 
-void Seams::stitch(Clock::time_point deadline, std::uint64_t copies) {
-    copies_ = copies;
+void Seams::stitch(const Limits& limits, std::pmr::vector<std::shared_ptr<PatchMesh>>& spares,
+                   std::pmr::vector<std::shared_ptr<PatchMesh>>& old) {
+    spares_ = &spares;
+    old_ = &old;
+    copies_ = limits.copies;
     stitched_ = false;
-    if (work_through(edges_, deadline, [this](const Seam& seam) { stitch_edge(seam); }))
-        work_through(corners_, deadline, [this](const Seam& seam) { stitch_corner(seam); });
+    if (work_through(edges_, limits, [this](const Seam& seam) { stitch_edge(seam); }))
+        work_through(corners_, limits, [this](const Seam& seam) { stitch_corner(seam); });
 }
 
 }  // namespace carat

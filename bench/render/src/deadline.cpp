@@ -8,6 +8,7 @@
 
 #include "carat/codec/surface.hpp"
 #include "carat/globe/locate.hpp"
+#include "thread_usage.hpp"
 
 namespace carat::bench {
 namespace {
@@ -57,6 +58,29 @@ double seconds_to_converge(const std::shared_ptr<const Repository>& repository, 
     return milliseconds_since(start) / 1000;
 }
 
+// Waking up late may be both ready and overslept.
+double own_ms(const LateFrame& l) {
+    const double stolen = l.other_sleeps == 0 ? l.gone_ms : 0;
+    return l.overrun_ms - std::max(l.ready_ms, l.overslept_ms) - stolen;
+}
+
+LateFrame late_frame(int k, double wall_ms, double budget_ms, const ThreadUsage& used,
+                     const RefineCounters& c) {
+    LateFrame out;
+    out.frame = k;
+    out.overrun_ms = wall_ms - budget_ms;
+    out.processor_ms = used.cpu_ms;
+    out.ready_ms = used.ready_ms;
+    out.overslept_ms = c.overslept_ms;
+    // Waking up late from a wait counts as waiting here.
+    out.gone_ms = std::max(0.0, wall_ms - used.cpu_ms - used.ready_ms - c.wait_ms);
+    out.other_sleeps = std::max<std::int64_t>(0, used.slept - static_cast<std::int64_t>(c.waits));
+    out.preempted = used.preempted;
+    out.faults = used.faults;
+    out.by_us = std::max(own_ms(out), c.late_ms) > kLateMs;
+    return out;
+}
+
 DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const Ellipsoid& body,
                     const FlightPath& named, double budget_ms, const DeadlineOptions& o) {
     const Flight flight(body, named.keyframes);
@@ -67,13 +91,20 @@ DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const E
     row.flight = named.name;
     row.budget_ms = budget_ms;
     row.frames = static_cast<std::size_t>(o.frames);
-    std::vector<double> overrun, late, error;
+    std::vector<double> overrun, late, own, error;
+    RefinedFrame frame;
     for (int k = 0; k < o.frames; ++k) {
         const View view = view_at(body, flight, frame_time(flight, k, o.frames), o);
+        const ThreadUsage before = ThreadUsage::now();
         const Clock::time_point start = Clock::now();
-        const RefinedFrame frame = refiner.frame(view, o.goal, budget);
-        overrun.push_back(milliseconds_since(start) - budget_ms);
+        refiner.frame(view, o.goal, budget, frame);
+        const double wall_ms = milliseconds_since(start);
+        const LateFrame l = late_frame(k, wall_ms, budget_ms, ThreadUsage::now() - before, frame.counters);
+        overrun.push_back(l.overrun_ms);
         late.push_back(frame.counters.late_ms);
+        own.push_back(own_ms(l));
+        row.other_sleeps += l.other_sleeps;
+        if (l.overrun_ms > kLateMs) row.late_frames.push_back(l);
         error.push_back(frame.counters.worst_error);
         row.within_share += frame.counters.worst_error <= o.goal.threshold ? 1.0 / o.frames : 0;
         row.converged_share += frame.converged ? 1.0 / o.frames : 0;
@@ -84,6 +115,7 @@ DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const E
     }
     row.overrun = spread_of(std::move(overrun));
     row.late = spread_of(std::move(late));
+    row.own = spread_of(std::move(own));
     row.median_error = spread_of(std::move(error)).median;
     row.wait_overrun = spread_of(plain_waits(budget_ms, o.frames));
     row.jump_seconds = seconds_to_converge(repository, body, flight, budget_ms, o);

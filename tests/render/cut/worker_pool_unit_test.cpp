@@ -9,9 +9,37 @@
 namespace carat {
 namespace {
 
-using Pool = WorkerPool<int>;
-using Clock = Pool::Clock;
+using Task = std::function<int()>;
+using Clock = WorkerPool<Task, int>::Clock;
 constexpr auto kNever = Clock::time_point::max();
+
+struct OwnHeap {
+    FrameHeap heap;
+};
+class Pool : OwnHeap, WorkerPool<Task, int> {
+    using Base = WorkerPool<Task, int>;
+
+  public:
+    using Base::Done, Base::Job, Base::discard, Base::drop_unstarted, Base::empty_waste;
+    explicit Pool(int threads)
+        : Base(
+              threads, [] {}, [](Task& task) { return task(); }, heap) {}
+
+    void add(const std::vector<Job>& jobs) {
+        Jobs added(jobs.begin(), jobs.end(), &heap);
+        Base::add(added);
+        EXPECT_TRUE(added.empty());
+    }
+    std::vector<Done> take() {
+        std::vector<Done> out;
+        Base::take([&](Done& d) { out.push_back(std::move(d)); });
+        return out;
+    }
+    std::vector<Done> take(Clock::time_point deadline) {
+        Base::wait(deadline);
+        return take();
+    }
+};
 
 // Holds up whoever runs into it until it is opened.
 class Gate {
@@ -29,9 +57,7 @@ class Gate {
     Semaphore arrived_, open_;
 };
 
-Pool::Job job(double priority, std::uint64_t key, std::function<int()> run) {
-    return {priority, key, std::move(run)};
-}
+Pool::Job job(double priority, std::uint64_t key, Task run) { return {priority, key, std::move(run)}; }
 
 std::vector<Pool::Done> take_all(Pool& pool, std::size_t count) {
     std::vector<Pool::Done> out;
@@ -41,7 +67,7 @@ std::vector<Pool::Done> take_all(Pool& pool, std::size_t count) {
 }
 
 TEST(WorkerPool, TheMostUrgentJobComesFirst) {
-    Pool pool(1, [] {});
+    Pool pool(1);
     Gate gate;
     pool.add({job(0, 100, [&] {
         gate.pass();
@@ -57,7 +83,7 @@ TEST(WorkerPool, TheMostUrgentJobComesFirst) {
 }
 
 TEST(WorkerPool, AJobIsNotStartedAgainBeforeItsResultIsTaken) {
-    Pool pool(2, [] {});
+    Pool pool(2);
     std::atomic<int> runs{0};
     const auto count = [&] { return ++runs; };
     pool.add({job(1, 7, count), job(1, 7, count), job(1, 7, count)});
@@ -71,7 +97,7 @@ TEST(WorkerPool, AJobIsNotStartedAgainBeforeItsResultIsTaken) {
 
 // Asked for again while its result was under way: the result is the answer to both.
 TEST(WorkerPool, AResultAnswersWhatWasAskedBeforeItWasTaken) {
-    Pool pool(1, [] {});
+    Pool pool(1);
     Gate first, second;
     std::atomic<int> runs{0};
     pool.add({job(1, 7, [&] {
@@ -96,7 +122,7 @@ TEST(WorkerPool, AResultAnswersWhatWasAskedBeforeItWasTaken) {
 }
 
 TEST(WorkerPool, WhatWasDroppedIsNotRun) {
-    Pool pool(1, [] {});
+    Pool pool(1);
     Gate gate;
     std::atomic<bool> ran{false};
     const auto held = std::make_shared<int>(0);
@@ -120,14 +146,14 @@ TEST(WorkerPool, WhatWasDroppedIsNotRun) {
 }
 
 TEST(WorkerPool, AnErrorIsAResult) {
-    Pool pool(1, [] {});
+    Pool pool(1);
     pool.add({job(1, 1, []() -> int { throw std::runtime_error("no"); })});
     const auto done = take_all(pool, 1);
     EXPECT_THROW(std::rethrow_exception(done[0].error), std::runtime_error);
 }
 
 TEST(WorkerPool, ADeadlineEndsTheWait) {
-    Pool pool(1, [] {});
+    Pool pool(1);
     Gate gate;
     pool.add({job(1, 1, [&] {
         gate.pass();
@@ -142,28 +168,6 @@ TEST(WorkerPool, ADeadlineEndsTheWait) {
     EXPECT_EQ(take_all(pool, 1)[0].result, 1);
 }
 
-TEST(WorkerPool, TheOwnerMayLendAHandWithUrgentJobs) {
-    Pool pool(1, [] {});
-    Gate gate;
-    pool.add({job(1, 1, [&] {
-        gate.pass();
-        return 1;
-    })});
-    gate.wait_for_one();
-    const auto me = std::this_thread::get_id();
-    std::thread::id who;
-    pool.add({job(5, 2, [&] {
-        who = std::this_thread::get_id();
-        return 2;
-    })});
-    EXPECT_FALSE(pool.run_one(6)) << "not urgent enough";
-    EXPECT_TRUE(pool.run_one(5));
-    EXPECT_EQ(who, me);
-    EXPECT_FALSE(pool.run_one(0)) << "none is left";
-    gate.open();
-    EXPECT_EQ(take_all(pool, 2).size(), 2u);
-}
-
 TEST(WorkerPool, WorkersDestroyWhatIsDiscarded) {
     struct Tells {
         std::thread::id& by;
@@ -175,8 +179,33 @@ TEST(WorkerPool, WorkersDestroyWhatIsDiscarded) {
     };
     std::thread::id by;
     Semaphore gone;
-    Pool pool(1, [] {});
+    Pool pool(1);
     pool.discard(std::make_shared<Tells>(by, gone));
+    pool.empty_waste();
+    gone.wait();
+    EXPECT_NE(by, std::this_thread::get_id());
+}
+
+// What is left of results goes to the workers when the owner next sends something.
+TEST(WorkerPool, WorkersDestroyWhatIsLeftOfResults) {
+    std::thread::id by;
+    Semaphore gone;
+    struct Tells {
+        std::thread::id* by;
+        Semaphore* gone;
+        ~Tells() {
+            *by = std::this_thread::get_id();
+            gone->post();
+        }
+    };
+    FrameHeap heap;
+    WorkerPool<int, std::shared_ptr<Tells>> pool(
+        1, [] {}, [&](int&) { return std::make_shared<Tells>(&by, &gone); }, heap);
+    WorkerPool<int, std::shared_ptr<Tells>>::Jobs jobs(&heap);
+    jobs.push_back({1, 1, 0});
+    pool.add(jobs);
+    pool.wait(kNever);
+    EXPECT_EQ(pool.take([](const auto&) {}), 1u);
     pool.empty_waste();
     gone.wait();
     EXPECT_NE(by, std::this_thread::get_id());
@@ -185,7 +214,7 @@ TEST(WorkerPool, WorkersDestroyWhatIsDiscarded) {
 TEST(WorkerPool, ItEndsWithWorkInHandAndJobsWaiting) {
     std::atomic<int> runs{0};
     {
-        Pool pool(3, [] {});
+        Pool pool(3);
         for (std::uint64_t k = 0; k < 200; ++k) pool.add({job(1, k, [&] { return ++runs; })});
     }
     EXPECT_LE(runs, 200);
@@ -193,7 +222,7 @@ TEST(WorkerPool, ItEndsWithWorkInHandAndJobsWaiting) {
 
 // Everything at once, for the sanitizers too.
 TEST(WorkerPool, EveryJobAskedForHasItsResultOnce) {
-    Pool pool(4, [] {});
+    Pool pool(4);
     constexpr std::uint64_t kJobs = 3000;
     std::vector<int> results(kJobs, 0);
     std::uint64_t taken = 0;
@@ -209,7 +238,6 @@ TEST(WorkerPool, EveryJobAskedForHasItsResultOnce) {
         pool.add(std::move(jobs));
         pool.discard(std::make_shared<int>(0));
         if (k % 5 == 0) collect(pool.take());
-        if (k % 11 == 0) (void)pool.run_one(3);
     }
     while (taken < kJobs) collect(pool.take(kNever));
     EXPECT_EQ(results, std::vector<int>(kJobs, 1));

@@ -33,6 +33,8 @@ class PatchBuilder {
     // heights: half_vertex_count(cells) of them. Boundary vertices have the normal of the nearest inner
     // vertex until stitch_normals() gives them their own.
     std::shared_ptr<PatchMesh> build(const Half& half, const HalfHeights& heights) const;
+    // Into a mesh that may have been another's: one of as many cells keeps its memory.
+    void build(const Half& half, const HalfHeights& heights, PatchMesh& out) const;
 
   private:
     Ellipsoid body_;

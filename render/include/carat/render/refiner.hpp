@@ -68,6 +68,8 @@ struct RefineCounters {
     std::uint64_t unstitched = 0;  // borders of drawn patches whose normals wait for a later frame
     std::uint64_t waiting = 0;     // diamonds requested and not yet there
     double selection_ms = 0, stitch_ms = 0, wait_ms = 0, total_ms = 0;  // wall time of frame() and its parts
+    std::uint64_t waits = 0;  // times that frame() slept until workers had results
+    double overslept_ms = 0;  // of wait_ms, what waits took longer than they were asked to
     // By the processor time of the calling thread, how much it took beyond the budget, or after refinement
     // beyond what is set aside for the frame's end: what the frame is late by on a core of its own. 0 without
     // a time limit.
@@ -105,6 +107,9 @@ class Refiner {
     // Throws Error(usage) for a view of another body or a goal out of range, and what the repository throws,
     // also for work requested by earlier frames; the Refiner stays usable.
     RefinedFrame frame(const View& view, const RefineGoal& goal, const RefineBudget& budget = {});
+    // The same into the last frame, whose lists keep their memory: then a frame with a time limit allocates
+    // nothing from the system but what the lists and the cut grow by.
+    void frame(const View& view, const RefineGoal& goal, const RefineBudget& budget, RefinedFrame& out);
 
   private:
     class State;

@@ -1,6 +1,7 @@
 // Whether frames keep their deadlines, and how soon the picture is right again after a jump. No GPU.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -25,12 +26,32 @@ struct Spread {
 };
 Spread spread_of(std::vector<double> values);
 
+// A frame that came more than kLateMs after its budget, milliseconds. `by_us`: on a core of its own it would
+// have, too.
+constexpr double kLateMs = 1;
+struct LateFrame {
+    int frame = 0;  // of the flight, from 0
+    double overrun_ms = 0;
+    double processor_ms = 0;  // of the frame's thread
+    double ready_ms = 0;      // it was ready, other threads had the processors
+    double overslept_ms = 0;  // a wait that ends when it is asked to ended so much later
+    // Neither on a processor nor ready nor waiting for results. With other_sleeps it was held up by a lock or
+    // by memory; without, another guest of the host had the processor.
+    double gone_ms = 0;
+    std::int64_t other_sleeps = 0;  // than for results
+    std::int64_t preempted = 0, faults = 0;
+    bool by_us = false;
+};
+
 struct DeadlineRow {
     std::string flight;
     double budget_ms = 0;
     std::size_t frames = 0;
-    Spread overrun;       // of frame() beyond the budget, wall clock; below 0: done early
-    Spread late;          // the same by the frame thread's processor time (RefineCounters::late_ms)
+    Spread overrun;                 // of frame() beyond the budget, wall clock; below 0: done early
+    Spread late;                    // the same by the frame thread's processor time (RefineCounters::late_ms)
+    Spread own;                     // of overrun without what the machine took: ready, overslept or stolen
+    std::int64_t other_sleeps = 0;  // of all frames
+    std::vector<LateFrame> late_frames;
     Spread wait_overrun;  // of as many plain timed waits of that length in the same run: the machine's own
     double within_share = 0;     // of the frames: no drawn patch above the threshold
     double converged_share = 0;  // of the frames: and nothing finer than needed
