@@ -33,10 +33,11 @@ Puts a layer into a file, byte for byte as if the file had been built anew with 
 --at says where in the order of priority, 1 above all others (default), 2 below the first, and so on.
 
 Only what changes is worked out: the diamonds where the new layer has data, those whose depth changes, and those that a
-change above them reaches. All others are copied. The old sources are needed, the same files as before: they are looked
-for by name in the folders of --sources, beside the file, and in the current folder, and compared with the sizes and
-checksums that the file records. Files of modes 1 and 2 are built anew as a whole; files built with
---rms are refused, for their step hangs on all of the data.
+change above them reaches. All others are copied, as whole pages where possible. The old sources are needed, the same
+files as before: they are looked for by name in the folders of --sources, beside the file, and in the current folder,
+and compared with the sizes and checksums that the file records, which takes reading them once; --trust-sources compares
+sizes alone, for sources that are known not to have changed. Files of modes 1 and 2 are built anew as a whole; files
+built with --rms are refused, for their step hangs on all of the data.
 
 Errors at source samples that the old file records are no longer true of the new one; --measure measures them again, which takes
 as long as reading all sources. A file that was built with --certify is certified again.
@@ -60,6 +61,8 @@ Json to_json(const UpdateReport& r, const std::string& output) {
               {"copied_diamonds", r.copied},
               {"new_summaries", r.summaries},
               {"file_bytes", r.file_bytes},
+              {"source_tiles", r.source_tiles},
+              {"tile_reads", r.tile_reads},
               {"peak_memory_bytes", r.peak_memory_bytes},
               {"warnings", r.plan.warnings},
               {"seconds", r.seconds},
@@ -134,6 +137,8 @@ void add_update(CLI::App& app, Globals& globals) {
         ->type_name("DIR");
     sub.add_option("-o,--output", o->output, "Write here instead of replacing FILE")->type_name("OUT.carat");
     sub.add_flag("--overwrite", o->update.overwrite, "Replace an existing output");
+    sub.add_flag("--trust-sources", o->update.trust_sources,
+                 "Compare the old sources' sizes only, not their contents, with what the file records");
     sub.add_flag("--measure", o->update.measure,
                  "Compare the result with every source sample and record the errors");
     sub.add_option("--threads", o->update.threads, "Threads (default: all)")

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <unordered_map>
 
 #include "carat/globe/error.hpp"
 #include "census.hpp"
@@ -36,6 +37,7 @@ struct FileContents::State {
         placed.push_back(d);
     }
     void add_diamonds(const PartEntry& e, const PagePart& part) {
+        diamonds_of[e.key] += part.diamonds().size();
         const DiamondId square = *page_square(e.key);
         std::uint64_t end = e.offset + e.bytes;  // the part ends with its last blob
         for (auto d = part.diamonds().rbegin(); d != part.diamonds().rend(); ++d) {
@@ -74,6 +76,7 @@ struct FileContents::State {
     std::vector<std::uint64_t> offsets;
     std::vector<std::int32_t> marks;
     std::int32_t zero_pages = 0;
+    std::unordered_map<PageKey, std::size_t> diamonds_of;  // pages but zero pages
 };
 
 FileContents::FileContents(const std::filesystem::path& file) : state_(std::make_unique<State>(file)) {}
@@ -88,6 +91,22 @@ std::size_t FileContents::zero_pages() const { return static_cast<std::size_t>(s
 void FileContents::blob(std::size_t index, std::vector<std::byte>& out) const {
     out.resize(state_->diamonds[index].blob_bytes);
     if (!out.empty()) state_->source->read(state_->offsets[index], out);
+}
+
+bool FileContents::copy(std::uint64_t key, std::size_t diamonds,
+                        const std::function<void(int, std::span<const std::byte>)>& add) const {
+    const auto page = state_->diamonds_of.find(key);
+    if (page == state_->diamonds_of.end() || page->second != diamonds) return false;
+    const std::vector<PartEntry>& parts = state_->structure.parts();
+    auto part = std::lower_bound(parts.begin(), parts.end(), key,
+                                 [](const PartEntry& e, PageKey k) { return e.key < k; });
+    std::vector<std::byte> bytes;
+    for (; part != parts.end() && part->key == key; ++part) {
+        bytes.resize(part->bytes);
+        state_->source->read(part->offset, bytes);
+        add(part->first_slot, bytes);
+    }
+    return true;
 }
 
 }  // namespace carat

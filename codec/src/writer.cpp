@@ -229,6 +229,7 @@ struct RepositoryWriter::State {
         append(bytes);
     }
     void write_page(const PageContents& page, const BlobSource& blobs);
+    bool copy_page(const PageContents& page, const OldPages& old);
     Extent write_directory();
     void write_header();
 };
@@ -267,6 +268,16 @@ void RepositoryWriter::State::write_page(const PageContents& page, const BlobSou
         first = last;
         begin = end;
     }
+}
+
+// The same diamonds make the same bytes.
+bool RepositoryWriter::State::copy_page(const PageContents& page, const OldPages& old) {
+    if (old.stock == nullptr) return false;
+    for (const PageEntry& d : page.diamonds)
+        if (!old.unchanged(d.index)) return false;
+    return old.stock->copy(page.key, page.diamonds.size(), [&](int first, std::span<const std::byte> bytes) {
+        add_part(page.key, first, bytes);
+    });
 }
 
 Extent RepositoryWriter::State::write_directory() {
@@ -335,7 +346,8 @@ void RepositoryWriter::write(std::vector<DiamondRecord> diamonds) {
           [&](std::size_t k, std::vector<std::byte>& out) { out = std::move(diamonds[k].residuals.blob); });
 }
 
-void RepositoryWriter::write(std::span<const DiamondEntry> diamonds, const BlobSource& blobs) {
+void RepositoryWriter::write(std::span<const DiamondEntry> diamonds, const BlobSource& blobs,
+                             const OldPages& old) {
     if (diamonds.size() > UINT32_MAX) throw Error(ErrorCode::limit, "more than 2^32 refined diamonds");
     State& s = *state_;
     std::map<PageKey, PageContents> pages;
@@ -359,7 +371,7 @@ void RepositoryWriter::write(std::span<const DiamondEntry> diamonds, const BlobS
         if (zero.absorbed(key)) continue;
         if (const ZeroSpan* span = zero.find(key))
             s.add_part(key, 0, encode_zero_page(key, *span));
-        else
+        else if (!s.copy_page(page, old))
             s.write_page(page, blobs);
     }
 }

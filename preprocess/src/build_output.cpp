@@ -76,17 +76,20 @@ BuildPlan describe_plan(const SourceStack& sources, const RefinedLevels& levels,
 std::uint64_t write_output(const OutputJob& job, BuildPlan& plan,
                            const std::optional<Certification>& certification, const EncodedRoots& roots,
                            std::span<const DiamondEntry> diamonds, const BlobSource& blobs,
-                           std::optional<ErrorSummary>& errors) {
-    plan.shares = shares_of(job.sources, diamonds);
+                           std::optional<ErrorSummary>& errors, const OldPages& old) {
+    if (plan.shares.empty()) plan.shares = shares_of(job.sources, diamonds);
     WriterSetup setup = writer_setup(job, plan);
     constexpr std::uint64_t kIndexBytes = 10;  // of a diamond, about
     setup.expected_bytes = kIndexBytes * diamonds.size() + setup.provenance.size();
     for (const DiamondEntry& d : diamonds) setup.expected_bytes += d.blob_bytes;
     RepositoryWriter writer(job.options.output, std::move(setup), roots);
-    writer.write(diamonds, [&](std::size_t k, std::vector<std::byte>& out) {
-        blobs(k, out);
-        job.progress.step();
-    });
+    writer.write(
+        diamonds,
+        [&](std::size_t k, std::vector<std::byte>& out) {
+            blobs(k, out);
+            job.progress.step();
+        },
+        old);
     if (job.options.measures()) errors = measure_file(job, plan, certification, writer);
     return writer.finish();
 }

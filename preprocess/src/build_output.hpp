@@ -23,10 +23,11 @@ struct OutputJob {
 BuildPlan describe_plan(const SourceStack& sources, const RefinedLevels& levels, int cells);
 
 // Writes the file, measures its errors if the options ask for it, and lets it appear under its name; returns
-// its bytes. diamonds: level by level in the order of ids. Fills in plan.shares and, if measured, errors.
+// its bytes. diamonds: level by level in the order of ids. Fills in plan.shares if it is empty and, if
+// measured, errors.
 std::uint64_t write_output(const OutputJob& job, BuildPlan& plan,
                            const std::optional<Certification>& certification, const EncodedRoots& roots,
                            std::span<const DiamondEntry> diamonds, const BlobSource& blobs,
-                           std::optional<ErrorSummary>& errors);
+                           std::optional<ErrorSummary>& errors, const OldPages& old = {});
 
 }  // namespace carat

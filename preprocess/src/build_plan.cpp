@@ -15,7 +15,8 @@ void sort_unique(std::vector<DiamondId>& ids) {
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
 }
 
-// Those of `candidates` that are coarser than the sources inside them.
+}  // namespace
+
 std::vector<DiamondId> too_coarse(const std::vector<DiamondId>& candidates, const BuildOptions& options,
                                   const SourceStack& sources, ProgressReporter& progress) {
     const double bias = std::exp2(-0.5 * options.depth_bias);
@@ -32,12 +33,14 @@ std::vector<DiamondId> too_coarse(const std::vector<DiamondId>& candidates, cons
     return out;
 }
 
-}  // namespace
+int end_of_levels(const BuildOptions& options) {
+    return std::min({options.max_level, deepest_level(options.log2_cells), kDeepestId});
+}
 
 RefinedLevels plan_depth(const BuildOptions& options, const SourceStack& sources,
                          ProgressReporter& progress) {
     RefinedLevels levels;
-    const int end_level = std::min({options.max_level, deepest_level(options.log2_cells), kDeepestId});
+    const int end_level = end_of_levels(options);
     std::vector<DiamondId> candidates;
     for (int face = 0; face < kFaces; ++face) candidates.push_back(root_diamond(face));
     // A diamond that is too coarse for data inside it has a parent that holds the same data and is coarser

@@ -28,6 +28,16 @@ bool is_file(const std::string& path) {
 
 }  // namespace
 
+ContentHash content_size(const std::vector<std::string>& files) {
+    ContentHash result;
+    for (const std::string& path : files) {
+        VSIStatBufL stat{};
+        if (is_file(path) && VSIStatL(path.c_str(), &stat) == 0)
+            result.bytes += static_cast<std::uint64_t>(stat.st_size);
+    }
+    return result;
+}
+
 ContentHash content_hash(const std::vector<std::string>& files) {
     const std::unique_ptr<XXH3_state_t, StateDeleter> state(XXH3_createState());
     XXH3_64bits_reset(state.get());

@@ -16,4 +16,7 @@ struct ContentHash {
 // left out. Throws Error(io) naming the file.
 ContentHash content_hash(const std::vector<std::string>& files);
 
+// The bytes alone; hash is 0. Reads nothing.
+ContentHash content_size(const std::vector<std::string>& files);
+
 }  // namespace carat

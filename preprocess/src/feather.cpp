@@ -60,6 +60,7 @@ bool Grid::far_from_holes(const PixelWindow& window) const {
     if (y1 >= frame_.height() && !frame_.bottom().reached) return false;
     if (cells_.empty()) return true;
     const std::int64_t top = std::max<std::int64_t>(window.y, 0), bottom = std::min(y1, frame_.height() - 1);
+    need_cells(window.x >> cell_bits_, x1 >> cell_bits_, top >> cell_bits_, bottom >> cell_bits_);
     for (std::int64_t y = top >> cell_bits_; y <= bottom >> cell_bits_; ++y)
         for (std::int64_t x = window.x >> cell_bits_; x <= x1 >> cell_bits_; ++x)
             if ((cells_[static_cast<std::size_t>(y * cells_x_ + x)] & kAll) == 0) return false;
@@ -70,7 +71,7 @@ bool Grid::far_from_holes(const PixelWindow& window) const {
 // floats, at most feather + 1; no samples: all are that far.
 TilePtr Grid::load_distances(TileIndex t) const {
     const PixelWindow w = window_of(t);
-    const int reach = static_cast<int>(std::ceil(feather_.holes)) + 1;
+    const int reach = this->reach();
     const PixelWindow around{w.x - reach, w.y - reach, w.width + 2 * reach, w.height + 2 * reach};
     auto tile = std::make_shared<Tile>(Tile{w.x, w.y, w.width, w.height, {}, {}});
     if (far_from_holes(around)) return tile;
@@ -112,12 +113,24 @@ class DistanceSampler {
     double at(double u, double v) {
         const double u0 = std::floor(u), v0 = std::floor(v), fx = u - u0, fy = v - v0;
         const auto column = static_cast<std::int64_t>(u0), row = static_cast<std::int64_t>(v0);
+        if (grid_.lazy() && inside_whole_tile(column, row)) return grid_.feather() + 1;
         const double above = tap(column, row) * (1 - fx) + tap(column + 1, row) * fx;
         const double below = tap(column, row + 1) * (1 - fx) + tap(column + 1, row + 1) * fx;
         return above * (1 - fy) + below * fy;
     }
 
   private:
+    // All pixels that matter lie in a tile without holes: then its neighbours need not be read.
+    bool inside_whole_tile(std::int64_t x, std::int64_t y) {
+        const int reach = grid_.reach();
+        if (x < 0 || y < 0 || x >= frame_.width() || y >= frame_.height()) return false;
+        if (!samples_ || x < samples_->x || y < samples_->y || x >= samples_->x + samples_->width ||
+            y >= samples_->y + samples_->height)
+            samples_ = grid_.tile_at(x, y);
+        const Tile& t = *samples_;
+        return !t.samples.empty() && t.valid.empty() && x - reach >= t.x && y - reach >= t.y &&
+               x + reach < t.x + t.width && y + reach < t.y + t.height;
+    }
     // Corners on the outer edges touch what lies outside: 0.
     double tap(std::int64_t x, std::int64_t y) {
         if ((y < 0 && !frame_.top().reached) || (y >= frame_.height() && !frame_.bottom().reached)) return 0;
@@ -142,6 +155,7 @@ class DistanceSampler {
     const Grid& grid_;
     const Frame& frame_;
     TilePtr tile_, last_;
+    TilePtr samples_;
 };
 
 // Samples between a place and the nearest outer edge of the grid that is one: 180 and the poles are none.

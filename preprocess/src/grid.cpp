@@ -75,15 +75,21 @@ std::optional<double> mean_at_pole(const Grid& grid, const PoleEnd& pole) {
 }  // namespace
 
 Grid::Grid(Frame frame, std::vector<GridPart> parts, const Ellipsoid& body, const Feather& feather,
-           TileCache& cache, std::uint64_t key)
+           TileCache& cache, std::uint64_t key, bool lazy)
     : frame_(std::move(frame)), parts_(std::move(parts)), feather_(feather), cache_(cache), key_(key) {
     choose_tiles();
     index_parts();
     find_cap();
     find_spacings(body);
-    scan();
-    top_mean_ = mean_at_pole(*this, frame_.top());
-    bottom_mean_ = mean_at_pole(*this, frame_.bottom());
+    scan(lazy);
+    if (lazy) return;
+    top_mean();  // files that cannot be read are found now
+    bottom_mean();
+}
+
+const std::optional<double>& Grid::PoleMean::of(const Grid& grid, const PoleEnd& pole) const {
+    std::call_once(once_, [&] { mean_ = mean_at_pole(grid, pole); });
+    return mean_;
 }
 
 // Tiles follow the file's own blocks, within reason; strips become wide flat tiles, so that few of them share
@@ -212,7 +218,7 @@ std::vector<std::uint8_t> Grid::covered_by_parts(const PixelWindow& window) cons
     return covered;
 }
 
-void Grid::scan_tile(TileIndex t, std::uint64_t& samples, std::uint64_t& valid) {
+void Grid::scan_tile(TileIndex t, std::uint64_t& samples, std::uint64_t& valid) const {
     if (parts_of(t).empty()) return;
     const PixelWindow window = window_of(t);
     std::vector<std::uint8_t> mask;
@@ -237,28 +243,32 @@ void Grid::scan_tile(TileIndex t, std::uint64_t& samples, std::uint64_t& valid) 
     const int side = 1 << cell_bits_;
     for (int y = 0; y < window.height; y += side)
         for (int x = 0; x < window.width; x += side) {
-            bool some = false, all = true;
-            for (int row = y; row < std::min(y + side, window.height); ++row)
-                for (int column = x; column < std::min(x + side, window.width); ++column) {
-                    const bool there =
-                        mask[static_cast<std::size_t>(row) * static_cast<std::size_t>(window.width) +
-                             static_cast<std::size_t>(column)] != 0;
-                    some = some || there;
-                    all = all && there;
+            const auto width = static_cast<std::size_t>(std::min(side, window.width - x));
+            std::uint8_t some = 0, all = 1;
+            for (int row = y; row < std::min(y + side, window.height); ++row) {
+                const std::uint8_t* there = mask.data() + static_cast<std::ptrdiff_t>(row) * window.width + x;
+                for (std::size_t i = 0; i < width; ++i) {
+                    some |= there[i];
+                    all &= there[i];
                 }
+            }
             const auto cell = static_cast<std::size_t>(((window.y + y) >> cell_bits_) * cells_x_ +
                                                        ((window.x + x) >> cell_bits_));
-            cells_[cell] = static_cast<std::uint8_t>((some ? kSome : 0) | (all ? kAll : 0));
+            cells_[cell] = static_cast<std::uint8_t>((some != 0 ? kSome : 0) | (all != 0 ? kAll : 0));
         }
 }
 
-void Grid::scan() {
+void Grid::scan(bool lazy) {
     if (parts_.size() == 1 && !parts_.front().file->header().may_have_holes) {
         samples_ = valid_samples_ =
             static_cast<std::uint64_t>(frame_.width()) * static_cast<std::uint64_t>(frame_.height());
         return;
     }
     cells_.assign(static_cast<std::size_t>(cells_x_ * cells_y_), 0);
+    if (lazy) {
+        scanned_ = std::make_unique<std::once_flag[]>(static_cast<std::size_t>(tiles_x_ * tiles_y_));
+        return;
+    }
     std::mutex mutex;
     tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, tiles_x_ * tiles_y_), [&](const auto& range) {
         std::uint64_t samples = 0, valid = 0;
@@ -318,97 +328,6 @@ void Grid::find_cap() {
         if (k % (kNet + 1) != kNet) mesh = std::max(mesh, angle_between(places[k], places[k + 1]));
     }
     cap_ = cap_of(places, mesh);
-}
-
-// --- coverage ---
-
-double Grid::turn_in_pixels() const {
-    return frame_.rows_are_parallels() ? frame_.crs().turn() / std::abs(frame_.transform()[1]) : 0;
-}
-
-// Around a pole longitude says nothing: all columns of the cap's latitudes.
-Grid::Box Grid::polar_box(const Cap& cap) const {
-    if (!frame_.rows_are_parallels()) return {-kInfinity, -kInfinity, kInfinity, kInfinity};
-    const double middle = std::asin(std::clamp(cap.axis[2], -1.0, 1.0)), degree = std::numbers::pi / 180;
-    const std::array<double, 2> lat{std::clamp((middle - cap.radius) / degree, -90.0, 90.0),
-                                    std::clamp((middle + cap.radius) / degree, -90.0, 90.0)};
-    const std::array<double, 2> lon{0, 0};
-    std::array<double, 2> u{}, v{};
-    frame_.to_unbounded_pixels(lat, lon, u, v);
-    return {-kInfinity, std::min(v[0], v[1]) - 1, kInfinity, std::max(v[0], v[1]) + 1};
-}
-
-Grid::Box Grid::box_of(std::span<const Vec3> places, const Cap& cap) const {
-    const bool polar = std::acos(std::min(1.0, std::abs(cap.axis[2]))) < 4 * cap.radius;
-    if (polar && frame_.crs().turn() > 0) return polar_box(cap);
-    constexpr std::size_t kMax = 16;
-    std::array<double, kMax> lat{}, lon{}, u{}, v{};
-    const std::size_t n = places.size();
-    to_degrees(places, std::span(lat).first(n), std::span(lon).first(n));
-    frame_.to_unbounded_pixels(std::span(lat).first(n), std::span(lon).first(n), std::span(u).first(n),
-                               std::span(v).first(n));
-    const double turn = turn_in_pixels();
-    Box box{kInfinity, kInfinity, -kInfinity, -kInfinity};
-    for (std::size_t i = 0; i < n; ++i) {
-        if (!std::isfinite(u[i]) || !std::isfinite(v[i]))
-            return {-kInfinity, -kInfinity, kInfinity, kInfinity};
-        if (turn > 0)
-            u[i] -= turn * std::round((u[i] - u[n - 1]) / turn);  // near the middle, the short way round
-        box = {std::min(box.min_u, u[i]), std::min(box.min_v, v[i]), std::max(box.max_u, u[i]),
-               std::max(box.max_v, v[i])};
-    }
-    const double du = 0.1 * (box.max_u - box.min_u) + 0.5, dv = 0.1 * (box.max_v - box.min_v) + 0.5;
-    return {box.min_u - du, box.min_v - dv, box.max_u + du, box.max_v + dv};
-}
-
-bool Grid::inside(const Box& box) const {
-    const auto w = static_cast<double>(frame_.width()), h = static_cast<double>(frame_.height());
-    const bool columns = frame_.period() > 0 || (box.min_u >= 0 && box.max_u <= w);
-    const bool rows = (frame_.top().reached || box.min_v >= 0) && (frame_.bottom().reached || box.max_v <= h);
-    return columns && rows;
-}
-
-// Cells [x0, x1] x [y0, y1], all inside the grid.
-Coverage Grid::cover_cells(std::int64_t x0, std::int64_t x1, std::int64_t y0, std::int64_t y1) const {
-    Coverage result{kInfinity, true};
-    const bool by_row = frame_.rows_are_parallels();
-    const int side_x = tile_width_ >> cell_bits_, side_y = tile_height_ >> cell_bits_;
-    for (std::int64_t y = y0; y <= y1; ++y)
-        for (std::int64_t x = x0; x <= x1; ++x) {
-            const std::uint8_t cell =
-                cells_.empty() ? kSome | kAll : cells_[static_cast<std::size_t>(y * cells_x_ + x)];
-            result.full = result.full && (cell & kAll) != 0;
-            if ((cell & kSome) != 0) {
-                const auto i = static_cast<std::size_t>(by_row ? y : y / side_y * tiles_x_ + x / side_x);
-                result.spacing = std::min(result.spacing, spacings_[i]);
-            }
-            if (by_row && !result.full && (cell & kSome) != 0) break;  // nothing more to learn from this row
-        }
-    return result;
-}
-
-Coverage Grid::cover(std::span<const Vec3> places, const Cap& cap) const {
-    const Box box = box_of(places, cap);
-    const auto w = static_cast<double>(frame_.width()), h = static_cast<double>(frame_.height());
-    if (box.max_v < 0 || box.min_v > h) return {kInfinity, false};
-    const auto cell = [&](double x, double limit) {
-        return static_cast<std::int64_t>(std::clamp(x, 0.0, limit - 1)) >> cell_bits_;
-    };
-    const std::int64_t y0 = cell(box.min_v, h), y1 = cell(box.max_v, h);
-    Coverage result{kInfinity, inside(box)};
-    const auto add = [&](double u0, double u1) {
-        if (u1 < 0 || u0 > w) return;
-        const Coverage part = cover_cells(cell(u0, w), cell(u1, w), y0, y1);
-        result.spacing = std::min(result.spacing, part.spacing);
-        result.full = result.full && part.full;
-    };
-    const double turn = turn_in_pixels();
-    if (turn == 0 || !(box.max_u - box.min_u < turn)) {
-        add(turn > 0 ? 0 : box.min_u, turn > 0 ? w : box.max_u);
-        return result;
-    }
-    for (int k = -1; k <= 1; ++k) add(box.min_u + k * turn, box.max_u + k * turn);
-    return result;
 }
 
 }  // namespace carat

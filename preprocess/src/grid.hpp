@@ -2,8 +2,10 @@
 #pragma once
 
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <vector>
@@ -38,9 +40,10 @@ struct Coverage {
 class Grid {
   public:
     // Parts in priority order; all have the same type, scale and offset. Reads everything that may contain
-    // holes, in parallel. `key` is unique among the grids of a cache.
+    // holes, in parallel; or, if lazy, each tile when its coverage is asked for, and counts no samples. `key`
+    // is unique among the grids of a cache.
     Grid(Frame frame, std::vector<GridPart> parts, const Ellipsoid& body, const Feather& feather,
-         TileCache& cache, std::uint64_t key);
+         TileCache& cache, std::uint64_t key, bool lazy);
     static constexpr double kMaxFeather = 64;
 
     const Frame& frame() const { return frame_; }
@@ -75,14 +78,26 @@ class Grid {
     TilePtr tile_at(std::int64_t x, std::int64_t y) const;
     TilePtr distances_at(std::int64_t x, std::int64_t y) const;
     double feather() const { return feather_.holes; }
+    // Pixels around a place that its distance may depend on.
+    int reach() const { return static_cast<int>(std::ceil(feather_.holes)) + 1; }
+    bool lazy() const { return scanned_ != nullptr; }
     // True if some weight of a place in the window is below 1.
     bool fades(const PixelWindow& window) const;
     // Mean of the valid samples of the row that stands for a pole, in the samples' own unit; nothing if there
     // is none.
-    const std::optional<double>& top_mean() const { return top_mean_; }
-    const std::optional<double>& bottom_mean() const { return bottom_mean_; }
+    // Worked out when first asked for.
+    const std::optional<double>& top_mean() const { return top_mean_.of(*this, frame_.top()); }
+    const std::optional<double>& bottom_mean() const { return bottom_mean_.of(*this, frame_.bottom()); }
 
   private:
+    class PoleMean {
+      public:
+        const std::optional<double>& of(const Grid& grid, const PoleEnd& pole) const;
+
+      private:
+        mutable std::once_flag once_;
+        mutable std::optional<double> mean_;
+    };
     struct Box {
         double min_u, min_v, max_u, max_v;
     };
@@ -93,8 +108,9 @@ class Grid {
     void choose_tiles();
     void index_parts();
     void find_cap();
-    void scan();
-    void scan_tile(TileIndex t, std::uint64_t& samples, std::uint64_t& valid);
+    void scan(bool lazy);
+    void scan_tile(TileIndex t, std::uint64_t& samples, std::uint64_t& valid) const;
+    void need_cells(std::int64_t x0, std::int64_t x1, std::int64_t y0, std::int64_t y1) const;
     void find_spacings(const Ellipsoid& body);
     double tile_spacing(const Ellipsoid& body, TileIndex t) const;
 
@@ -131,12 +147,13 @@ class Grid {
     static constexpr std::uint8_t kSome = 1, kAll = 2;
     int cell_bits_ = 4;
     std::int64_t cells_x_ = 0, cells_y_ = 0;
-    std::vector<std::uint8_t> cells_;
-    std::vector<double> spacings_;  // by row of cells if rows are parallels, else by tile
+    mutable std::vector<std::uint8_t> cells_;
+    std::unique_ptr<std::once_flag[]> scanned_;  // tiles, if they are scanned when they are asked for
+    std::vector<double> spacings_;               // by row of cells if rows are parallels, else by tile
 
     std::uint64_t samples_ = 0, valid_samples_ = 0;
     mutable std::atomic<std::uint64_t> tile_reads_{0};
-    std::optional<double> top_mean_, bottom_mean_;
+    PoleMean top_mean_, bottom_mean_;
 };
 
 }  // namespace carat

@@ -141,6 +141,7 @@ Provenance parse_provenance(const std::string& json) {
         out.mode = static_cast<Mode>(j.at("mode").get<int>());
         out.depth_bias = j.at("depth_bias").get<double>();
         out.max_level = j.at("max_level").get<int>();
+        out.source_samples = j.value("source_samples", std::uint64_t{0});
         out.orders = j.value("orders", Coding{}.orders);
         if (j.contains("certify_m")) out.certify = j["certify_m"].get<double>();
         if (j.contains("shares"))

@@ -76,7 +76,7 @@ std::vector<LayerOptions> finest_first(const std::vector<LayerOptions>& layers, 
 }
 
 SourceStack::SourceStack(const std::vector<LayerOptions>& layers, const Ellipsoid& body, double base_height,
-                         std::size_t cache_bytes)
+                         std::size_t cache_bytes, const SourceOpening& opening)
     : state_(std::make_unique<State>(body, base_height, cache_bytes)) {
     if (layers.size() > kMaxLayers)
         throw Error(ErrorCode::limit,
@@ -87,7 +87,9 @@ SourceStack::SourceStack(const std::vector<LayerOptions>& layers, const Ellipsoi
     State& s = *state_;
     for (const LayerOptions& options : layers) {
         const std::uint64_t key = s.layers.size() * kKeysPerLayer;
-        s.layers.push_back(std::make_unique<SourceLayer>(options, body, s.handles, s.cache, key, s.warnings));
+        const bool lazy = opening.fresh && *opening.fresh != s.layers.size();
+        s.layers.push_back(std::make_unique<SourceLayer>(options, body, s.handles, s.cache, key, s.warnings,
+                                                         LayerOpening{lazy, !lazy || opening.hash_others}));
         s.infos.push_back(s.layers.back()->info());
     }
 }
@@ -270,13 +272,29 @@ bool SourceStack::may_touch(std::size_t layer, DiamondId d) const {
     return false;
 }
 
-int SourceStack::layer_near(const Vec3& n) const {
+// Descendants of a diamond of circumradius R reach at most R (1/sqrt 2 + 1/2 + ...) = 2.41 R from its middle,
+// which lies within R of the middle of each half's cap; the rest is for the cube's distortion.
+bool SourceStack::may_reach(std::size_t layer, DiamondId d) const {
+    constexpr double kReach = 4;
+    for (const int side : {0, 1}) {
+        Cap cap = cap_of_half({d, side});
+        cap.radius *= kReach;
+        if (state_->layers[layer]->may_meet(cap)) return true;
+    }
+    return false;
+}
+
+bool SourceStack::is_near(std::size_t layer, const Vec3& n) const {
     std::array<Vec3, 7> places;
     places.fill(n);
     const Cap cap = cap_of(places);
+    const SourceLayer& l = *state_->layers[layer];
+    return l.may_meet(cap) && std::isfinite(l.cover(places, cap).spacing);
+}
+
+int SourceStack::layer_near(const Vec3& n, std::optional<std::size_t> without) const {
     for (std::size_t k = 0; k < state_->layers.size(); ++k)
-        if (state_->layers[k]->may_meet(cap) && std::isfinite(state_->layers[k]->cover(places, cap).spacing))
-            return static_cast<int>(k);
+        if (k != without && is_near(k, n)) return static_cast<int>(k);
     return kBaseLayer;
 }
 

@@ -58,9 +58,11 @@ FileInfo describe(const PlacedFile& placed, const Ellipsoid& body) {
     return info;
 }
 
-void add_contents(std::vector<FileInfo>& infos, const std::vector<std::unique_ptr<RasterFile>>& files) {
+void add_contents(std::vector<FileInfo>& infos, const std::vector<std::unique_ptr<RasterFile>>& files,
+                  bool hash) {
     tbb::parallel_for(std::size_t{0}, files.size(), [&](std::size_t i) {
-        const ContentHash content = content_hash(files[i]->header().files);
+        const std::vector<std::string>& names = files[i]->header().files;
+        const ContentHash content = hash ? content_hash(names) : content_size(names);
         infos[i].hash = content.hash;
         infos[i].bytes = content.bytes;
     });
@@ -78,7 +80,8 @@ double nominal_spacing(const LayerOptions& options, const Ellipsoid& body, Handl
 }
 
 SourceLayer::SourceLayer(const LayerOptions& options, const Ellipsoid& body, HandlePool& handles,
-                         TileCache& cache, std::uint64_t key, std::vector<std::string>& warnings)
+                         TileCache& cache, std::uint64_t key, std::vector<std::string>& warnings,
+                         const LayerOpening& opening)
     : resampling_(options.resampling), files_(open_files(options, handles, warnings)) {
     const std::vector<PlacedFile> placed = place(files_, options, body, warnings);
     for (const PlacedFile& p : placed)
@@ -93,7 +96,7 @@ SourceLayer::SourceLayer(const LayerOptions& options, const Ellipsoid& body, Han
         info_.spacing = std::min(info_.spacing, info_.files.back().spacing);
         bounds.push_back(info_.files.back().bounds);
     }
-    add_contents(info_.files, files_);
+    add_contents(info_.files, files_, opening.hash);
     info_.name = std::filesystem::path(options.files.front()).filename().string();
     info_.bounds = united(bounds);
     info_.geoid = options.geoid;
@@ -108,7 +111,7 @@ SourceLayer::SourceLayer(const LayerOptions& options, const Ellipsoid& body, Han
         Frame frame(plan.crs, plan.transform, plan.width, plan.height, path);
         const Feather feather = feather_samples(options, frame, body, path, warnings);
         grids_.push_back(std::make_unique<Grid>(std::move(frame), std::move(plan.parts), body, feather, cache,
-                                                key + grids_.size()));
+                                                key + grids_.size(), opening.lazy));
         info_.samples += grids_.back()->samples();
         info_.valid_samples += grids_.back()->valid_samples();
     }

@@ -18,11 +18,16 @@ namespace carat {
 // Grids take keys from `key` on; a layer never has more than this many.
 inline constexpr std::uint64_t kKeysPerLayer = 1 << 16;
 
+struct LayerOpening {
+    bool lazy = false;  // looks for holes where it must, and does not count samples
+    bool hash = true;   // contents of the files
+};
+
 // Thread-safe once made.
 class SourceLayer {
   public:
     SourceLayer(const LayerOptions& options, const Ellipsoid& body, HandlePool& handles, TileCache& cache,
-                std::uint64_t key, std::vector<std::string>& warnings);
+                std::uint64_t key, std::vector<std::string>& warnings, const LayerOpening& opening = {});
 
     // Heights at places in degrees, all inside cap, and 1 or 0 for a hole; geoid included. With weights (not
     // empty), also by how much the layer covers what lies below it, 0..1.

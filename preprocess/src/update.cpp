@@ -38,13 +38,15 @@ class OldSources {
         return out;
     }
 
-    // infos: of the recorded layers, as they were opened.
-    void check(const std::vector<LayerInfo>& infos) const {
+    // infos: of the recorded layers, as they were opened. Puts in hashes that were not asked for.
+    void check(std::vector<LayerInfo>& infos) const {
         for (std::size_t k = 0; k < infos.size(); ++k)
             for (std::size_t f = 0; f < infos[k].files.size(); ++f) {
-                const FileInfo& now = infos[k].files[f];
+                FileInfo& now = infos[k].files[f];
                 const RecordedFile& then = recorded_.layers[k].files[f];
-                if (now.bytes != then.bytes || now.hash != then.hash) refuse(now.path);
+                const bool hashed = now.hash != 0;  // else only sizes are asked for
+                if (now.bytes != then.bytes || (hashed && now.hash != then.hash)) refuse(now.path);
+                now.hash = then.hash;
             }
     }
 
@@ -120,16 +122,44 @@ RefinedLevels levels_of(const FileContents& file) {
     return levels;
 }
 
-// Diamonds of `a` that are not in `b`.
-std::uint64_t count_missing(const RefinedLevels& a, const RefinedLevels& b) {
+std::uint64_t total(const RefinedLevels& levels) {
     std::uint64_t n = 0;
-    for (std::size_t level = 0; level < a.size(); ++level)
-        for (const DiamondId d : a[level]) n += position_of(b, d, static_cast<int>(level)) ? 0 : 1;
+    for (const auto& level : levels) n += level.size();
     return n;
 }
 
 std::string geoid_beneath(const std::vector<LayerOptions>& layers) {
     return layers.empty() ? std::string() : layers.back().geoid;
+}
+
+void count(std::vector<LayerShare>& shares, const DiamondEntry& d, int layer, std::uint64_t times) {
+    LayerShare& s = layer == kBaseLayer ? shares.back() : shares[static_cast<std::size_t>(layer)];
+    s.refined += times;
+    s.zero += d.blob_bytes == 0 ? times : 0;
+    s.residual_bytes += times * d.blob_bytes;
+}
+
+// Shares of the layers: those of before, but for diamonds that are new, gone, changed or under the new layer.
+std::vector<LayerShare> shares_now(std::vector<LayerShare> shares, std::size_t layer,
+                                   const UpdateState& state, const UpdateClosure& closure,
+                                   const SourceStack& sources) {
+    constexpr std::uint64_t kOnce = 1, kLess = ~std::uint64_t{0};  // mod 2^64
+    shares.insert(shares.begin() + static_cast<std::ptrdiff_t>(layer), LayerShare{});
+    for (const std::size_t k : closure.looked_at()) {
+        const DiamondEntry& now = closure.diamonds()[k];
+        const DiamondEntry* before = closure.before(k);
+        const Vec3 middle = direction(now.id.centre());
+        const bool same = before != nullptr && before->blob_bytes == now.blob_bytes;
+        if (same && !sources.is_near(layer, middle)) continue;
+        if (before != nullptr) count(shares, *before, sources.layer_near(middle, layer), kLess);
+        count(shares, now, sources.layer_near(middle), kOnce);
+    }
+    for (std::size_t level = 0; level < state.plan.removed.size(); ++level)
+        for (const DiamondId id : state.plan.removed[level]) {
+            const DiamondEntry& d = closure.entry_before(id, level);
+            count(shares, d, sources.layer_near(direction(id.centre()), layer), kLess);
+        }
+    return shares;
 }
 
 class Update {
@@ -153,32 +183,46 @@ class Update {
         check_diamonds(file_->header().refined_diamonds, memory_);
         const FileContents contents(update_.file);
         const OldSources old(update_, recorded_);
-        const BuildOptions build = options_of(update_, contents, recorded_, old.layers());
+        const std::vector<LayerOptions> layers_before = old.layers();
+        const BuildOptions build = options_of(update_, contents, recorded_, layers_before);
         check(update_, recorded_, build, file_->header().rms_tolerance);
-        const SourceStack sources(build.layers, build.body, build.base_height, share_memory(memory_).sources);
-        std::vector<LayerInfo> infos = sources.layers();
-        infos.erase(infos.begin() + (update_.at - 1));
-        old.check(infos);
+        everywhere_ = geoid_beneath(build.layers) != geoid_beneath(layers_before);
+        local_ = build.mode == Mode::interpolating && !everywhere_ && !build.certify && !build.measure &&
+                 recorded_.source_samples > 0 && recorded_.shares.size() == recorded_.layers.size() + 1;
+        const SourceStack sources(
+            build.layers, build.body, build.base_height, share_memory(memory_).sources,
+            {local_ ? std::optional(new_layer()) : std::nullopt, !update_.trust_sources});
+        layers_ = sources.layers();
+        const LayerInfo added = layers_[new_layer()];
+        layers_.erase(layers_.begin() + (update_.at - 1));
+        old.check(layers_);
+        layers_.insert(layers_.begin() + (update_.at - 1), added);
         if (build.mode != Mode::interpolating) return build_anew(build);
         try {
-            return from_closure(build, sources, contents, old);
+            return from_closure(build, sources, contents);
         } catch (const ClosureTooLarge&) {
             return build_anew(build);
         }
     }
 
   private:
+    std::size_t new_layer() const { return static_cast<std::size_t>(update_.at - 1); }
+
     UpdateReport from_closure(const BuildOptions& build, const SourceStack& sources,
-                              const FileContents& contents, const OldSources& old) {
+                              const FileContents& contents) {
         progress_.begin(BuildStage::planning, 0);
-        RefinedLevels levels = plan_depth(build, sources, progress_);
+        RefinedLevels before = levels_of(contents);
         UpdateReport report;
-        if (build.certify) report.certification = certify_depth(build, sources, levels, progress_);
-        report.plan = describe_plan(sources, levels, 1 << build.log2_cells);
+        const UpdatePlan plan = plan_of(build, sources, before, report);
+        report.plan = describe_plan(sources, plan.levels, 1 << build.log2_cells);
+        report.plan.layers = layers_;
+        if (local_)
+            report.plan.source_samples =
+                recorded_.source_samples + report.plan.layers[new_layer()].valid_samples;
         check_diamonds(report.plan.refined, memory_);
-        UpdateState state{contents, *file_, levels_of(contents), levels, {}, {}};
-        report.added = count_missing(levels, state.levels_before);
-        report.removed = count_missing(state.levels_before, levels);
+        UpdateState state{contents, *file_, std::move(before), plan, {}, {}};
+        report.added = total(plan.added);
+        report.removed = total(plan.removed);
         const double quantum = *build.quantum;
         const std::int32_t radius = quantizer_radius(build.tolerance, quantum);
         const int n = (1 << build.log2_cells) + 1;
@@ -191,10 +235,9 @@ class Update {
         const EncodedRoots roots = encode_roots(faces, n, radius);
         state.roots = roots.heights;
         const OutputJob job{build, sources, quantum, radius, progress_, share_memory(memory_).heights};
-        const bool everywhere = geoid_beneath(build.layers) != geoid_beneath(old.layers());
-        const auto layer = static_cast<std::size_t>(update_.at - 1);
+        const std::size_t layer = new_layer();
         UpdateClosure closure(
-            job, state, [&](DiamondId d) { return everywhere || sources.may_touch(layer, d); },
+            job, state, [&](DiamondId d) { return everywhere_ || sources.may_touch(layer, d); },
             share_memory(memory_).heights);
         progress_.begin(BuildStage::coding, report.plan.refined);
         closure.code();
@@ -205,11 +248,23 @@ class Update {
         report.changed = closure.changed();
         report.copied = report.plan.refined - closure.changed();
         report.summaries = closure.summaries();
-        report.file_bytes = write_output(
-            job, report.plan, report.certification, roots, closure.diamonds(),
-            [&](std::size_t k, std::vector<std::byte>& out) { closure.blob(k, out); }, report.errors);
+        if (local_) report.plan.shares = shares_now(recorded_.shares, layer, state, closure, sources);
+        report.file_bytes =
+            write_output(job, report.plan, report.certification, roots, closure.diamonds(),
+                         [&](std::size_t k, std::vector<std::byte>& out) { closure.blob(k, out); },
+                         report.errors, {&contents, [&](std::size_t k) { return closure.unchanged(k); }});
+        report.source_tiles = sources.reads().tiles;
+        report.tile_reads = sources.reads().reads;
         report.stage_seconds = progress_.stage_seconds();
         return report;
+    }
+
+    UpdatePlan plan_of(const BuildOptions& build, const SourceStack& sources, const RefinedLevels& before,
+                       UpdateReport& report) {
+        if (local_) return plan_update(build, sources, new_layer(), before, progress_);
+        RefinedLevels levels = plan_depth(build, sources, progress_);
+        if (build.certify) report.certification = certify_depth(build, sources, levels, progress_);
+        return whole_update(std::move(levels), before);
     }
 
     UpdateReport build_anew(const BuildOptions& build) const {
@@ -232,6 +287,9 @@ class Update {
     std::shared_ptr<const Repository> file_;
     Provenance recorded_;
     std::size_t memory_ = 0;
+    std::vector<LayerInfo> layers_;
+    bool everywhere_ = false;  // the base height changes
+    bool local_ = false;       // old layers are looked at near the new one only
 };
 
 }  // namespace

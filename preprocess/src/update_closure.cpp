@@ -98,7 +98,7 @@ UpdateClosure::UpdateClosure(const OutputJob& job, const UpdateState& state,
       memory_(memory),
       n_((1 << job.options.log2_cells) + 1),
       grid_(job.options.body.a(), job.quantum, job.options.log2_cells),
-      first_(first_of_levels(state.levels)),
+      first_(first_of_levels(state.plan.levels)),
       first_before_(first_of_levels(state.levels_before)),
       old_(state.roots_before, n_, memory / 2,
            [this](DiamondId d, const std::vector<std::int32_t>& p, RefinedHeights& out) {
@@ -118,28 +118,33 @@ UpdateClosure::UpdateClosure(const OutputJob& job, const UpdateState& state,
     fate_.resize(first_.back(), Fate::kept);
     blobs_.resize(first_.back());
     stale_.resize(first_.back());
-    for (std::size_t level = 0; level < state.levels.size(); ++level)
-        tbb::parallel_for(std::size_t{0}, state.levels[level].size(), [&](std::size_t position) {
-            const DiamondId d = state.levels[level][position];
-            const std::size_t k = first_[level] + position;
-            diamonds_[k].id = d;
-            const auto at = position_of(state.levels_before, d, static_cast<int>(level));
-            if (!at) return;
-            before_[k] = first_before_[level] + *at;
-            diamonds_[k] = state.before.diamonds()[before_[k]];
-        });
+    stale_halves_.resize(state.plan.levels.size());
+    for (std::size_t level = 0; level < state.plan.levels.size(); ++level) match(level);
+}
+
+// Both lists of a level are in the order of ids.
+void UpdateClosure::match(std::size_t level) {
+    const std::vector<DiamondId>& now = state_.plan.levels[level];
+    static const std::vector<DiamondId> kNothing;
+    const std::vector<DiamondId>& then =
+        level < state_.levels_before.size() ? state_.levels_before[level] : kNothing;
+    std::size_t old = 0;
+    for (std::size_t position = 0; position < now.size(); ++position) {
+        const std::size_t k = first_[level] + position;
+        diamonds_[k].id = now[position];
+        while (old < then.size() && then[old] < now[position]) ++old;
+        if (old == then.size() || then[old] != now[position]) continue;
+        before_[k] = first_before_[level] + old;
+        diamonds_[k] = state_.before.diamonds()[before_[k]];
+    }
 }
 
 std::size_t UpdateClosure::index_of(DiamondId d, int level) const {
-    const auto at = position_of(state_.levels, d, level);
+    const auto at = position_of(state_.plan.levels, d, level);
     return at ? first_[static_cast<std::size_t>(level)] + *at : kNone;
 }
 
 bool UpdateClosure::changed(DiamondId d) const { return fate_[index_of(d, d.level())] == Fate::changed; }
-
-bool UpdateClosure::old_refined(DiamondId d, int level) const {
-    return position_of(state_.levels_before, d, level).has_value();
-}
 
 void UpdateClosure::blob(std::size_t index, std::vector<std::byte>& out) const {
     if (fate_[index] == Fate::changed)
@@ -148,12 +153,46 @@ void UpdateClosure::blob(std::size_t index, std::vector<std::byte>& out) const {
         state_.before.blob(before_[index], out);
 }
 
+bool UpdateClosure::unchanged(std::size_t index) const {
+    if (before_[index] == kNone || fate_[index] == Fate::changed) return false;
+    const DiamondEntry& then = state_.before.diamonds()[before_[index]];
+    return then.summary == diamonds_[index].summary;
+}
+
+std::vector<std::size_t> UpdateClosure::looked_at() const {
+    std::vector<std::size_t> out;
+    for (const auto& level : work_) out.insert(out.end(), level.begin(), level.end());
+    return out;
+}
+
+// The near, and children of those whose heights changed.
+std::vector<std::size_t> UpdateClosure::candidates(std::size_t level) const {
+    std::vector<std::size_t> out;
+    const auto add = [&](DiamondId d) {
+        if (const std::size_t k = index_of(d, static_cast<int>(level)); k != kNone) out.push_back(k);
+    };
+    if (level < state_.plan.near.size())
+        for (const DiamondId d : state_.plan.near[level]) add(d);
+    if (level == 0)
+        for (int face = 0; face < kFaces; ++face) add(root_diamond(face));
+    else
+        for (const std::size_t up : work_[level - 1])
+            if (fate_[up] == Fate::changed)
+                for (const DiamondId d : children(diamonds_[up].id)) add(d);
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return out;
+}
+
 void UpdateClosure::code() {
-    for (std::size_t level = 0; level < state_.levels.size(); ++level)
-        tbb::parallel_for(first_[level], first_[level + 1], [&](std::size_t k) {
-            code_one(static_cast<int>(level), k);
+    for (std::size_t level = 0; level < state_.plan.levels.size(); ++level) {
+        const std::vector<std::size_t>& work = work_.emplace_back(candidates(level));
+        tbb::parallel_for(std::size_t{0}, work.size(), [&](std::size_t k) {
+            code_one(static_cast<int>(level), work[k]);
             job_.progress.step();
         });
+        job_.progress.step(state_.plan.levels[level].size() - work.size());
+    }
 }
 
 // Of a diamond that was refined before, so that both its parents were.
@@ -205,24 +244,34 @@ void UpdateClosure::code_one(int level, std::size_t k) {
     new_.remember(d, std::move(refined));
 }
 
-// A half is stale if its own heights changed, the refinement of a half of it did, or one of these is stale.
-bool UpdateClosure::stale_half(int level, std::size_t k, int side) const {
-    if (fate_[k] == Fate::changed) return true;
-    for (const Half& child : child_halves({diamonds_[k].id, side})) {
-        const std::size_t c = index_of(child.diamond, level + 1);
-        if ((c != kNone) != old_refined(child.diamond, level + 1)) return true;
-        if (c != kNone && stale_[c][static_cast<std::size_t>(child.side)] != 0) return true;
-    }
-    return false;
+void UpdateClosure::mark_stale(std::size_t level, std::size_t index, int side) {
+    std::uint8_t& stale = stale_[index][static_cast<std::size_t>(side)];
+    if (stale != 0) return;
+    stale = 1;
+    stale_halves_[level].emplace_back(index, side);
 }
 
+// half: of a diamond of `level`.
+void UpdateClosure::mark_stale_above(const Half& half, std::size_t level) {
+    if (level == 0) return;
+    const Half up = *parent_half(half);
+    const std::size_t k = index_of(up.diamond, static_cast<int>(level) - 1);
+    if (k != kNone) mark_stale(level - 1, k, up.side);
+}
+
+// A half is stale if its own heights changed, the refinement of a half of it did, or one of these is stale.
 void UpdateClosure::find_stale() {
-    for (std::size_t level = state_.levels.size(); level-- > 0;)
-        tbb::parallel_for(first_[level], first_[level + 1], [&](std::size_t k) {
+    const std::size_t depth = state_.plan.levels.size();
+    for (const RefinedLevels* list : {&state_.plan.added, &state_.plan.removed})
+        for (std::size_t level = 0; level < list->size() && level <= depth; ++level)
+            for (const DiamondId d : (*list)[level])
+                for (const int side : {0, 1}) mark_stale_above({d, side}, level);
+    for (std::size_t level = depth; level-- > 0;) {
+        for (const std::size_t k : work_[level])
             for (const int side : {0, 1})
-                stale_[k][static_cast<std::size_t>(side)] =
-                    stale_half(static_cast<int>(level), k, side) ? 1 : 0;
-        });
+                if (fate_[k] == Fate::changed) mark_stale(level, k, side);
+        for (const auto& [k, side] : stale_halves_[level]) mark_stale_above({diamonds_[k].id, side}, level);
+    }
 }
 
 // Of a half under a zero page the file does not tell the summary, only that of the whole page. If one of them
@@ -239,7 +288,7 @@ bool UpdateClosure::mark_zero_pages_near_stale() {
     // below.
     std::vector<std::array<std::uint8_t, 2>> above(diamonds_.size());
     bool found = false;
-    for (std::size_t level = 0; level < state_.levels.size(); ++level)
+    for (std::size_t level = 0; level < state_.plan.levels.size(); ++level)
         for (std::size_t k = first_[level]; k < first_[level + 1]; ++k)
             for (std::size_t side = 0; side < 2; ++side) {
                 std::uint8_t& distance = above[k][side];
@@ -254,14 +303,15 @@ bool UpdateClosure::mark_zero_pages_near_stale() {
                 const std::int32_t page = before_[k] == kNone ? -1 : state_.before.zero_page(before_[k]);
                 if (page >= 0 && distance <= kLook) wanted[static_cast<std::size_t>(page)] = 1;
             }
-    for (std::size_t k = 0; k < diamonds_.size(); ++k) {
-        const std::int32_t page = before_[k] == kNone ? -1 : state_.before.zero_page(before_[k]);
-        if (page < 0 || wanted[static_cast<std::size_t>(page)] == 0) continue;
-        for (std::uint8_t& stale : stale_[k]) {
-            found = found || stale == 0;
-            stale = 1;
+    for (std::size_t level = 0; level < state_.plan.levels.size(); ++level)
+        for (std::size_t k = first_[level]; k < first_[level + 1]; ++k) {
+            const std::int32_t page = before_[k] == kNone ? -1 : state_.before.zero_page(before_[k]);
+            if (page < 0 || wanted[static_cast<std::size_t>(page)] == 0) continue;
+            for (const int side : {0, 1}) {
+                found = found || stale_[k][static_cast<std::size_t>(side)] == 0;
+                mark_stale(level, k, side);
+            }
         }
-    }
     return found;
 }
 
@@ -278,13 +328,13 @@ void UpdateClosure::summarise_half(int level, std::size_t k, int side) {
 void UpdateClosure::summarise() {
     find_stale();
     find_stale_zero_pages();
-    for (std::size_t level = state_.levels.size(); level-- > 0;)
-        tbb::parallel_for(first_[level], first_[level + 1], [&](std::size_t k) {
-            for (const int side : {0, 1})
-                if (stale_[k][static_cast<std::size_t>(side)] != 0)
-                    summarise_half(static_cast<int>(level), k, side);
-            job_.progress.step();
+    for (std::size_t level = state_.plan.levels.size(); level-- > 0;) {
+        const auto& halves = stale_halves_[level];
+        tbb::parallel_for(std::size_t{0}, halves.size(), [&](std::size_t k) {
+            summarise_half(static_cast<int>(level), halves[k].first, halves[k].second);
         });
+        job_.progress.step(state_.plan.levels[level].size());
+    }
 }
 
 }  // namespace carat

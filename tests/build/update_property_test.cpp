@@ -183,6 +183,65 @@ TEST_F(UpdateTest, WorkIsProportionalToTheClosure) {
     EXPECT_LT(r.summaries, 2 * r.plan.refined / 10);
 }
 
+// Beneath the new layer a wide feather shows an old one with holes, whose own fades into the next.
+TEST_F(UpdateTest, FeathersAndHolesOfOldLayers) {
+    BuildOptions base = base_;
+    LayerOptions holes{{raster("holes.tif", rough({0, 30, 20, 50}, 700, 21, 0.02))}};
+    holes.feather = 30000;
+    base.layers.insert(base.layers.begin(), holes);
+    LayerOptions wide{{raster("wide.tif", rough({15, 45, 24, 54}, 200, 22, 0.01))}};
+    wide.feather = 150000;
+    for (const int at : {1, 2}) expect_same(base, wide, at, "wide feather, --at " + std::to_string(at));
+}
+
+TEST_F(UpdateTest, Geoids) {
+    const std::string geoid =
+        raster("geoid.tif",
+               {36, 18, {-180, -90, 180, 90}, [](double lat, double lon) { return 0.3 * lat + 0.1 * lon; }});
+    BuildOptions base = base_;
+    base.vertical_datum = "ellipsoid";
+    base.layers = {{{raster("some.tif", rough({0, 0, 40, 40}, 200, 31, 0.01))}}};
+    LayerOptions layer{{raster("more.tif", rough({30, 30, 50, 50}, 100, 32))}};
+    layer.geoid = geoid;
+    expect_same(base, layer, 1, "above");
+    // The lowest layer's geoid is that of the base height, all around.
+    EXPECT_EQ(expect_same(base, layer, 2, "below").recoded,
+              Repository::open(base.output)->header().refined_diamonds);
+}
+
+TEST_F(UpdateTest, OldSourcesAreReadWhereTheClosureIs) {
+    BuildOptions base = base_;
+    base.layers.insert(base.layers.begin(),
+                       LayerOptions{{raster("far.tif", rough({-60, -20, -50, -10}, 1500, 8, 0.05))}});
+    const UpdateReport r =
+        expect_same(base, {{raster("village.tif", rough({11, 47, 11.5, 47.5}, 40, 2))}}, 1, "a village");
+    EXPECT_GT(r.tile_reads, 0u);
+    EXPECT_LT(r.tile_reads, r.source_tiles * 2 / 3) << "looking for all holes would read all tiles";
+}
+
+TEST_F(UpdateTest, TrustedSourcesAreComparedBySize) {
+    build_repository(base_);
+    UpdateOptions update;
+    update.file = base_.output;
+    update.layer = {{raster("new.tif", rough({0, 0, 5, 5}, 20, 2))}};
+    update.output = scratch_.folder / "checked.carat";
+    update_repository(update);
+    update.output = scratch_.folder / "trusted.carat";
+    update.trust_sources = true;
+    update.overwrite = true;
+    update_repository(update);
+    EXPECT_TRUE(bytes_of(scratch_.folder / "checked.carat") == bytes_of(update.output)) << "hashes included";
+    std::fstream(base_.layers[0].files[0], std::ios::in | std::ios::out | std::ios::binary)
+            .seekp(-1, std::ios::end)
+        << 'x';
+    EXPECT_NO_THROW(update_repository(update)) << "a change that keeps the size goes unnoticed";
+    update.trust_sources = false;
+    EXPECT_THROW(update_repository(update), Error);
+    std::ofstream(base_.layers[0].files[0], std::ios::app | std::ios::binary) << "x";
+    update.trust_sources = true;
+    EXPECT_THROW(update_repository(update), Error);
+}
+
 TEST_F(UpdateTest, BytesDoNotDependOnThreads) {
     const LayerOptions layer{{raster("t.tif", rough({100, 10, 110, 20}, 90, 3))}};
     std::string expected;

@@ -11,11 +11,11 @@
 namespace carat {
 
 // Thread-safe once made.
-class FileContents {
+class FileContents : public PageStock {
   public:
     // Reads every page once and checks it. Throws Error(corrupt|truncated|unsupported|limit|io).
     explicit FileContents(const std::filesystem::path& file);
-    ~FileContents();
+    ~FileContents() override;
     FileContents(const FileContents&) = delete;
     FileContents& operator=(const FileContents&) = delete;
 
@@ -29,6 +29,9 @@ class FileContents {
     std::size_t zero_pages() const;
     // The blob of a diamond, as it lies in the file. Throws Error(io|truncated).
     void blob(std::size_t index, std::vector<std::byte>& out) const;
+    // Throws Error(io|truncated).
+    bool copy(std::uint64_t key, std::size_t diamonds,
+              const std::function<void(int, std::span<const std::byte>)>& add) const override;
 
   private:
     struct State;

@@ -13,6 +13,7 @@ namespace carat {
 struct SummaryValues {
     std::int32_t min = 0, max = 0;
     double delta = 0;
+    bool operator==(const SummaryValues&) const = default;
 };
 
 // The grid that a file's summaries are rounded outwards to, the same for every page: a summary that is

@@ -32,6 +32,20 @@ struct DiamondEntry {
 // Writes the blob of entry `index`, of just blob_bytes, to out.
 using BlobSource = std::function<void(std::size_t index, std::vector<std::byte>& out)>;
 
+// Pages of an older file with the same quantum, body and N.
+class PageStock {
+  public:
+    virtual ~PageStock() = default;
+    // Calls add with each part of a page, as it lies in the older file, if that page has `diamonds` refined
+    // diamonds and is no zero page; else returns false.
+    virtual bool copy(std::uint64_t key, std::size_t diamonds,
+                      const std::function<void(int first_slot, std::span<const std::byte>)>& add) const = 0;
+};
+struct OldPages {
+    const PageStock* stock = nullptr;
+    std::function<bool(std::size_t index)> unchanged;  // an entry, its blob and its summaries
+};
+
 // The quantised root heights: what a reader will see, and their bytes.
 struct EncodedRoots {
     std::array<std::vector<std::int32_t>, kFaces> heights;  // reconstructed, N x N each
@@ -68,8 +82,9 @@ class RepositoryWriter {
     // All refined diamonds, any order; sorts them into pages and writes. Call once. Throws Error(usage) if a
     // diamond comes twice.
     void write(std::vector<DiamondRecord> diamonds);
-    // The same with the blobs asked for page by page, one page at a time in memory.
-    void write(std::span<const DiamondEntry> diamonds, const BlobSource& blobs);
+    // The same with the blobs asked for page by page, one page at a time in memory. Pages whose diamonds are
+    // all unchanged are copied as they are in the older file, if there is one.
+    void write(std::span<const DiamondEntry> diamonds, const BlobSource& blobs, const OldPages& old = {});
     // Directory and header: the partial file, whose path it returns, can be opened as a repository. Throws
     // Error(usage) for a setup that readers refuse: radii not one more than the levels refined, or above what
     // the tolerance allows.

@@ -45,8 +45,9 @@ struct Provenance {
     unsigned orders = 0;  // of prediction that the encoder could choose among, Coding::orders
     double depth_bias = 0;
     int max_level = 0;
-    std::optional<double> certify;   // what was asked for; certificate: what was reached
-    std::vector<LayerShare> shares;  // of each layer, last of the base height; empty if not recorded
+    std::uint64_t source_samples = 0;  // valid ones, of all layers
+    std::optional<double> certify;     // what was asked for; certificate: what was reached
+    std::vector<LayerShare> shares;    // of each layer, last of the base height; empty if not recorded
     std::optional<ErrorSummary> errors;
     // Metres: no compared source sample is further from S (measure.hpp).
     std::optional<double> certificate;

@@ -39,6 +39,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,6 +54,14 @@ namespace carat {
 inline constexpr std::int8_t kBaseLayer = -1;
 inline constexpr std::size_t kMaxLayers = 127;
 
+// How the files of a stack are opened.
+struct SourceOpening {
+    // The one layer that is looked through for holes at once; the others are, tile by tile, where
+    // coverage is asked for, and their samples are not counted (LayerInfo::samples is 0). Default: all.
+    std::optional<std::size_t> fresh;
+    bool hash_others = true;  // false: FileInfo::hash of the others is 0
+};
+
 // Thread-safe after construction, all const functions.
 class SourceStack {
   public:
@@ -65,7 +74,7 @@ class SourceStack {
     // numbers), usage (no georeference, degenerate geotransform, other body, bad option), limit (> 127
     // layers).
     SourceStack(const std::vector<LayerOptions>& layers, const Ellipsoid& body, double base_height,
-                std::size_t cache_bytes);
+                std::size_t cache_bytes, const SourceOpening& opening = {});
     ~SourceStack();
     SourceStack(SourceStack&&) noexcept;
     SourceStack& operator=(SourceStack&&) noexcept;
@@ -90,13 +99,19 @@ class SourceStack {
 
     // Finest spacing, in metres, of the samples that win somewhere in the region of a diamond; +infinity
     // where only the base height applies. May look a little beyond the region (16 samples; an eighth of the
-    // diamond where a finer layer lies beneath the border of a coarser one). Reads no file.
+    // diamond where a finer layer lies beneath the border of a coarser one). Reads no file, but for layers
+    // that are looked through when they are asked.
     double finest_spacing(DiamondId d) const;
     // False if a layer certainly gives no height anywhere in the region of a diamond. Reads no file.
     bool may_touch(std::size_t layer, DiamondId d) const;
-    // The first layer with valid samples at a place or within 16 samples of it, kBaseLayer if there is none.
-    // Reads no file.
-    int layer_near(const Vec3& n) const;
+    // False if a layer certainly has no say in finest_spacing() of a diamond and of those below it, children
+    // of children included wherever they lie. Reads no file.
+    bool may_reach(std::size_t layer, DiamondId d) const;
+    // True if a layer has valid samples at a place or within 16 samples of it.
+    bool is_near(std::size_t layer, const Vec3& n) const;
+    // The first layer with valid samples at a place or within 16 samples of it, kBaseLayer if there is none;
+    // as if the layer `without` were not there.
+    int layer_near(const Vec3& n, std::optional<std::size_t> without = std::nullopt) const;
 
     // Tiles of samples, of all layers, and how many have been read so far, those read again counted again.
     struct Reads {

@@ -9,8 +9,10 @@
 //             (near-lossless prediction carries a change a few cells sideways)
 //   the rest  keeps its residuals and, unless something changes below, its summaries; neither is decoded
 //   sources   the old ones are needed where the closure is, and must be what the file was built from: each is
-//   opened,
-//             hashed and compared with the file's record
+//             opened, hashed and compared with the file's record. They are looked through for holes, and
+//             their blocks are decoded, only where the closure has samples
+//   time      that of the closure's diamonds, of the source blocks under their samples (coarse ones lie
+//             in many), of hashing the sources, and of a copy of the file
 //
 // A file that promises an RMS error is refused: its step hangs on all of the data.
 // Modes 1 and 2 filter from the finest level up, so that a change reaches everything above it: these files,
@@ -34,6 +36,10 @@ struct UpdateOptions {
     // Compare the result with every source sample and record the errors, as a build does. Takes as long as
     // reading all sources. Implied if the file was built with BuildOptions::certify.
     bool measure = false;
+    // Compare the old sources' sizes only, not their contents, with what the file records: they need not be
+    // read as a whole then. A source that has changed and kept its size goes unnoticed, and the result is not
+    // what a full build gives.
+    bool trust_sources = false;
     int threads = 0;
     std::size_t memory_bytes = 0;
     std::filesystem::path temp;  // for updates that build anew
@@ -49,6 +55,7 @@ struct UpdateReport {
     std::uint64_t copied = 0;     // diamonds whose residuals were copied
     std::uint64_t summaries = 0;  // halves whose summaries were worked out anew
     std::uint64_t file_bytes = 0;
+    std::uint64_t source_tiles = 0, tile_reads = 0;  // as SourceStack::Reads
     std::optional<Certification> certification;
     std::optional<ErrorSummary> errors;
     double seconds = 0;
