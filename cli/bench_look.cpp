@@ -9,6 +9,7 @@
 #include "bench.hpp"
 #include "carat/globe/error.hpp"
 #include "carat/render/draw_list.hpp"
+#include "carat/render/shadows.hpp"
 #include "carat/vulkan/renderer.hpp"
 #include "interrupt.hpp"
 #include "look.hpp"
@@ -33,6 +34,7 @@ struct Row {
     std::string name;
     DrawRequest request;
     const DrawList* list;
+    Renderer* renderer;
     Tone tone = Tone::none;
     double device_ms = std::numeric_limits<double>::infinity();  // least
     double tone_ms = std::numeric_limits<double>::infinity();
@@ -41,15 +43,21 @@ struct Row {
 constexpr const char* kFooter = R"(
 Draws one view, refined once, with one feature after the other, round by round, and prints the least time that the
 device took for each: drawing and shading, without uploads and reading back. Tone mapping is the host's. Detail is drawn with the
-patches that it asks for besides.
+patches that it asks for besides. Casting shadows is the host's, measured once.
 
 Example:
   carat bench look earth.carat --eye 36.4,-118,5500 --heading 280 --pitch -8 --size 1280x720)";
 
-std::vector<Row> rows_of(const DrawRequest& plain, const DrawList& list, const DrawList& detailed, bool sea) {
+// What rows are drawn from.
+struct Scenes {
+    DrawList plain, detailed, shadowed;
+    Renderer renderer, for_shadows;
+};
+
+std::vector<Row> rows_of(const DrawRequest& plain, Scenes& scenes, bool sea) {
     std::vector<Row> rows;
     const auto add = [&](const char* name, auto change) {
-        Row row{name, plain, &list};
+        Row row{name, plain, &scenes.plain, &scenes.renderer};
         change(row);
         rows.push_back(std::move(row));
     };
@@ -60,7 +68,12 @@ std::vector<Row> rows_of(const DrawRequest& plain, const DrawList& list, const D
     if (sea) add("sky, water", [](Row& r) { r.request.sky = r.request.water = true; });
     add("sky, 4 samples", [](Row& r) { r.request.sky = true, r.request.samples = 4; });
     add("AOVs", [](Row& r) { r.request.aovs = {true, true, true, true, true}; });
-    add("detail", [&](Row& r) { r.list = &detailed; });
+    add("detail", [&](Row& r) { r.list = &scenes.detailed; });
+    add("shadows", [&](Row& r) {
+        r.list = &scenes.shadowed;
+        r.renderer = &scenes.for_shadows;
+        r.request.shadows = true;
+    });
     add("tone mapping", [](Row& r) { r.tone = Tone::aces; });
     return rows;
 }
@@ -73,19 +86,22 @@ int run(Options o, const Globals& globals) {
     const Ellipsoid body = file->header().ellipsoid();
     const View view(body, o.view);
     o.renderer.cells = file->header().cells();
-    Renderer renderer(body, view.unit(), o.renderer);
-    const DrawList list = converged_cut(*file, view, 1, 1.5);
+    RendererOptions shadowed = o.renderer;
+    shadowed.shadowed = true;
     const Detail detail(file->header(), DetailOptions{});
-    const DrawList detailed = converged_cut(*file, view, 1, 1.5, nullptr, &detail);
+    Scenes scenes{converged_cut(*file, view, 1, 1.5), converged_cut(*file, view, 1, 1.5, nullptr, &detail),
+                  converged_cut(*file, view, 1, 1.5), Renderer(body, view.unit(), o.renderer),
+                  Renderer(body, view.unit(), shadowed)};
     Look look;
     look.samples = 1;
-    std::vector<Row> rows = rows_of(draw_request(look, o.view, view, body), list, detailed,
-                                    colours_of(body.name()).sea_level.has_value());
+    const DrawRequest request = draw_request(look, o.view, view, body);
+    const ShadowCounters shadows = cast_shadows(scenes.shadowed, *file, view, request.light.direction);
+    std::vector<Row> rows = rows_of(request, scenes, colours_of(body.name()).sea_level.has_value());
     double table_ms = 0;
     Progress progress("rounds", globals.quiet);
     for (int round = 0; round < o.rounds; ++round) {
         for (Row& row : rows) {
-            Frame frame = renderer.draw(row.request, row.list->meshes);
+            Frame frame = row.renderer->draw(row.request, row.list->meshes);
             row.device_ms = std::min(row.device_ms, frame.counters.gpu_ms);
             table_ms += frame.counters.table_ms;
             const auto begin = std::chrono::steady_clock::now();
@@ -100,17 +116,19 @@ int run(Options o, const Globals& globals) {
     }
     progress.finish();
     const double base = rows[0].device_ms;
-    Json json = {{"device", renderer.device_name()},
+    Json json = {{"device", scenes.renderer.device_name()},
                  {"width", o.view.width},
                  {"height", o.view.image_height},
-                 {"patches", list.meshes.size()},
-                 {"patches_with_detail", detailed.meshes.size()},
+                 {"patches", scenes.plain.meshes.size()},
+                 {"patches_with_detail", scenes.detailed.meshes.size()},
                  {"sky_tables_ms", table_ms},
+                 {"shadows",
+                  {{"ms", shadows.milliseconds}, {"views", shadows.views}, {"triangles", shadows.triangles}}},
                  {"features", Json::array()}};
     if (!o.json)
-        fmt::print("{}, {}x{}, {} patches, {} with detail\n{:<18} {:>10} {:>8}\n", renderer.device_name(),
-                   o.view.width, o.view.image_height, list.meshes.size(), detailed.meshes.size(), "", "ms",
-                   "more");
+        fmt::print("{}, {}x{}, {} patches, {} with detail\n{:<18} {:>10} {:>8}\n",
+                   scenes.renderer.device_name(), o.view.width, o.view.image_height,
+                   scenes.plain.meshes.size(), scenes.detailed.meshes.size(), "", "ms", "more");
     for (const Row& row : rows) {
         const double ms = row.device_ms + (row.tone == Tone::none ? 0 : row.tone_ms);
         json["features"].push_back({{"name", row.name}, {"ms", ms}, {"more_ms", ms - base}});
@@ -119,7 +137,10 @@ int run(Options o, const Globals& globals) {
     if (o.json)
         fmt::print("{}\n", json.dump(2));
     else
-        fmt::print("tables of the sky, once: {:.0f} ms\n", table_ms);
+        fmt::print(
+            "tables of the sky, once: {:.0f} ms\ncasting shadows: {:.0f} ms, {} views of the sun, {} "
+            "triangles\n",
+            table_ms, shadows.milliseconds, shadows.views, shadows.triangles);
     return kSuccess;
 }
 

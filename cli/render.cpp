@@ -13,6 +13,7 @@
 #include "carat/codec/surface.hpp"
 #include "carat/globe/error.hpp"
 #include "carat/render/draw_list.hpp"
+#include "carat/render/shadows.hpp"
 #include "carat/render/view.hpp"
 #include "carat/vulkan/picture.hpp"
 #include "carat/vulkan/renderer.hpp"
@@ -35,6 +36,7 @@ struct Options {
     Look look;
     RendererOptions renderer;
     int threads = 0;
+    bool shadows = false;
     bool overwrite = false;
 };
 
@@ -47,6 +49,9 @@ straight down. --fov is vertical. --sun gives the direction of the light as seen
 north, elevation above the horizon; by default it comes from the north-west, 45 degrees high near the ground and
 up to 70 from space. --time puts the sun where it stands over the turning Earth or Mars at that moment (low-precision
 formulas, 0.01 and 0.05 degrees).
+
+--shadows: the relief casts shadows, whatever stands between ground and sun, on the screen or not; seconds of work. Water and
+air know no shadows.
 
 Without a file of colours the surface is coloured by height and latitude. --colors takes a table that is built in, or a
 file: GDAL's colour-relief text, "height red green blue" a line, or GMT's .cpt; a line "latitude DEG" begins the colours of
@@ -156,17 +161,20 @@ int run(Options o, const Globals& globals) {
     const auto draped = draped_colours(o.look);
     DrawRequest request = draw_request(o.look, drawn, view, body);
     request.aovs = o.aovs.wanted();
+    request.shadows = o.shadows;
     warn_about_eye(file, o.view);
 
     RenderStats stats;
     o.renderer.cells = file->header().cells();
     o.renderer.coloured = draped != nullptr;
+    o.renderer.shadowed = o.shadows;
     Renderer renderer(body, view.unit(), o.renderer);
     if (colours) renderer.set_colours(*colours);
     stats.device = renderer.device_name();
     const auto detail = detail_of(o.look, file->header());
-    const DrawList list = converged_cut(*file, view, o.error * o.look.supersample,
-                                        o.spacing * o.look.supersample, draped, detail.get());
+    DrawList list = converged_cut(*file, view, o.error * o.look.supersample, o.spacing * o.look.supersample,
+                                  draped, detail.get());
+    if (o.shadows) stats.shadows = cast_shadows(list, *file, view, request.light.direction, detail.get());
     Frame frame = renderer.draw(request, list.meshes);
     for (const std::string& message : renderer.messages()) throw Error(ErrorCode::io, "Vulkan: " + message);
     frame.colour = shrunk(frame.colour, o.look.supersample);
@@ -198,6 +206,8 @@ void add_render(CLI::App& app, Globals& globals) {
     sub.add_option("FILE", o->file, "A .carat file")->required();
     add_view_options(sub, *o);
     add_look_options(sub, o->look);
+    sub.add_flag("--shadows", o->shadows, "The relief casts shadows on the ground")
+        ->group("Light and colour");
     add_output_options(sub, *o);
     on_run(sub, globals, [o, &globals] { return run(*o, globals); });
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "carat/render/cut.hpp"
+#include "carat/render/shadows.hpp"
 #include "carat/vulkan/renderer.hpp"
 
 namespace carat::cli {
@@ -15,6 +16,7 @@ struct RenderStats {
     double unit = 0;  // metres, of the camera's eye
     CutCounters cut;
     FrameCounters frame;
+    ShadowCounters shadows;
     std::uint64_t file_bytes = 0;
     double seconds = 0;  // of the whole command
 

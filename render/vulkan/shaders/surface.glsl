@@ -4,6 +4,7 @@
 layout(constant_id = 0) const bool kSky = false;
 layout(constant_id = 1) const bool kWater = false;
 layout(constant_id = 2) const bool kDrape = false;
+layout(constant_id = 3) const bool kShadows = false;
 
 layout(set = 0, binding = kBindTable) uniform sampler2DArray colour_table;
 layout(set = 0, binding = kBindSkyLight) uniform sampler2D sky_light_table;
@@ -82,9 +83,10 @@ vec3 sky_light(float height, float cosine) {
 }
 
 // Lambert's law for a distant light, hidden by the body itself beyond the terminator or dimmed by its air; the sky; ambient
-// light.
-vec3 lighting(vec3 normal, vec3 up, float height, float sun_cosine) {
+// light. seen: the sun's share that relief does not hide.
+vec3 lighting(vec3 normal, vec3 up, float height, float sun_cosine, float seen) {
     float facing = max(dot(normal, frame.light.xyz), 0.0);
+    if (kShadows) facing *= seen;
     vec3 light = vec3(risen(up) * facing);
     if (kSky)
         light = sunlight(height, sun_cosine) * facing + sky_light(height, sun_cosine) * (0.5 + 0.5 * dot(normal, up));
@@ -112,7 +114,7 @@ vec3 water_colour(Sight sight, vec3 body) {
     vec3 north_up = normalize(up * vec3(1.0, 1.0, AIR.shell.z));  // the geodetic vertical
     vec3 sunshine = kSky ? sunlight(frame.table.y, cosine) : vec3(risen(north_up));
     float mirror = 0.02 + 0.98 * pow(1.0 - seen, 5.0 * exp(-2.69 * slope)) / (1.0 + 22.7 * pow(slope, 1.5));
-    vec3 colour = body * lighting(north_up, north_up, frame.table.y, cosine) * (1.0 - mirror);
+    vec3 colour = body * lighting(north_up, north_up, frame.table.y, cosine, 1.0) * (1.0 - mirror);
     if (kSky) colour += mirror * sky_light(frame.table.y, cosine);
     if (cosine > 0.0) {
         vec3 facet = normalize(sun - sight.way);
@@ -125,20 +127,20 @@ vec3 water_colour(Sight sight, vec3 body) {
     return colour;
 }
 
-// tint: the draped colour.
-vec3 surface_colour(vec3 normal, vec3 up, float height, vec3 relative, vec3 tint) {
+// tint: the draped colour. seen: the sun's share; water lies in the sun.
+vec3 surface_colour(vec3 normal, vec3 up, float height, vec3 relative, vec3 tint, float seen) {
     vec3 u = normalize(up);
     vec3 n = exaggerated(normalize(normal), u, frame.table.w);
     float land = land_share(height);
     vec3 sea_body = kDrape ? tint : sea_albedo(height, u), ground = kDrape ? tint : land_albedo(height, u);
     if (!kSky && !kWater)
-        return mix(sea_body, ground, land) * lighting(n, u, height, 0.0) * frame.body.w;
+        return mix(sea_body, ground, land) * lighting(n, u, height, 0.0, seen) * frame.body.w;
     float distance = length(relative);
     Sight sight = sight_along(relative / distance, distance);
     float cosine = dot(vertical_at_end(sight), frame.sun.xyz);
     vec3 colour = ground;
     if (!kWater) colour = mix(sea_body, colour, land);
-    colour *= lighting(n, u, height, cosine);
+    colour *= lighting(n, u, height, cosine, seen);
     if (kWater && land < 1.0 && meets_sea(sight)) {
         Sight sea = sight_to(sight, min(sea_distance(sight), sight.end));
         if (land < 0.5) sight = sea;

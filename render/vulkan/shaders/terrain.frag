@@ -13,6 +13,7 @@ layout(location = 2) centroid in vec3 in_up;
 layout(location = 3) centroid in float in_height;
 layout(location = 4) flat in uvec2 in_patch;
 layout(location = 5) centroid in vec3 in_tint;
+layout(location = 6) centroid in float in_sun;
 
 #ifdef CARAT_COLOUR
 layout(location = 0) out vec4 out_colour;  // linear, alpha 1
@@ -25,7 +26,7 @@ layout(location = AOV_FIRST + 2) out uvec4 out_patch;  // half, number of the tr
 
 void main() {
 #ifdef CARAT_COLOUR
-    out_colour = vec4(surface_colour(in_normal, in_up, in_height, in_relative, in_tint), 1.0);
+    out_colour = vec4(surface_colour(in_normal, in_up, in_height, in_relative, in_tint, kShadows ? in_sun : 1.0), 1.0);
 #endif
 #ifdef CARAT_AOV
     out_position = vec4(in_relative, dot(frame.forward.xyz, in_relative));

@@ -50,12 +50,13 @@ std::vector<VkFormat> attachment_formats(const PassKind& kind) {
 
 // The specialisation constants of surface.glsl.
 struct Features {
-    VkBool32 sky, water, drape;
+    VkBool32 sky, water, drape, shadows;
 };
-constexpr std::array<VkSpecializationMapEntry, 3> kFeatureEntries{
+constexpr std::array<VkSpecializationMapEntry, 4> kFeatureEntries{
     {{0, offsetof(Features, sky), sizeof(VkBool32)},
      {1, offsetof(Features, water), sizeof(VkBool32)},
-     {2, offsetof(Features, drape), sizeof(VkBool32)}}};
+     {2, offsetof(Features, drape), sizeof(VkBool32)},
+     {3, offsetof(Features, shadows), sizeof(VkBool32)}}};
 
 }  // namespace
 
@@ -123,7 +124,7 @@ Pipeline Pipelines::make_draw(const PassKind& kind, Draws what) const {
     const ShaderModule fragment = make_shader(device_.get(), terrain ? fragment_code(kind) : kSkyFragment);
     std::array stages{stage(VK_SHADER_STAGE_VERTEX_BIT, vertex),
                       stage(VK_SHADER_STAGE_FRAGMENT_BIT, fragment)};
-    const Features features{kind.sky, kind.water, kind.drape};
+    const Features features{kind.sky, kind.water, kind.drape, kind.shadows};
     const VkSpecializationInfo constants{.mapEntryCount = kFeatureEntries.size(),
                                          .pMapEntries = kFeatureEntries.data(),
                                          .dataSize = sizeof(features),

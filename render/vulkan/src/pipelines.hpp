@@ -21,9 +21,9 @@ struct PassKind {
     bool colour = true, aovs = false;
     VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
     bool cull_back_faces = true;
-    bool sky = false, water = false, drape = false;  // in colour
+    bool sky = false, water = false, drape = false, shadows = false;  // in colour
 
-    auto key() const { return std::tuple(colour, aovs, int(samples), cull_back_faces, sky, water, drape); }
+    auto key() const { return std::tuple(colour, aovs, int(samples), cull_back_faces, sky, water, drape, shadows); }
 };
 
 struct ProbeRange {

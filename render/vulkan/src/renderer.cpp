@@ -80,7 +80,7 @@ struct Renderer::State {
     vk::UploadRing ring;
     vk::Pipelines pipelines;
     vk::PatchStore store;
-    bool coloured;
+    bool coloured, shadowed;
     vk::Sampler sampler;
     vk::TableTexture table;
     vk::AirTables air_tables;
@@ -109,8 +109,10 @@ Renderer::State::State(const Ellipsoid& b, double unit, const RendererOptions& o
       name(device.name()),
       ring(device, options.upload_bytes),
       pipelines(device, options.pipeline_cache),
-      store(device, ring, pipelines.set_layout(), options.cells, options.capacity, options.coloured),
+      store(device, ring, pipelines.set_layout(), options.cells, options.capacity,
+            options.coloured || options.shadowed),
       coloured(options.coloured),
+      shadowed(options.shadowed),
       sampler(vk::make_table_sampler(device)),
       air_tables(device),
       frame_data(vk::make_buffer(device, sizeof(gpu::FrameData),
@@ -148,6 +150,7 @@ vk::PassKind Renderer::State::look(vk::PassKind pass, const DrawRequest& request
     pass.sky = pass.colour && request.sky && has_air;
     pass.water = pass.colour && request.water;
     pass.drape = pass.colour && coloured;
+    pass.shadows = pass.colour && request.shadows;
     return pass;
 }
 
@@ -242,6 +245,8 @@ void Renderer::State::submit(const DrawRequest& request, PatchList patches) {
         throw Error(ErrorCode::unsupported, "AOVs: " + name + " lacks geometryShader, for gl_PrimitiveID");
     if (request.water && !table.has_sea)
         throw Error(ErrorCode::usage, "draw request: water needs a colour table with a sea level");
+    if (request.shadows && !shadowed)
+        throw Error(ErrorCode::usage, "draw request: shadows need a renderer for shadowed meshes");
     if (in_flight == kFramesInFlight)
         throw Error(ErrorCode::usage, "renderer: " + std::to_string(kFramesInFlight) +
                                           " frames are under way; collect one first");

@@ -49,6 +49,52 @@ TEST_F(ColourImage, AmbientLightShowsTheTableItself) {
     }
 }
 
+// Vertices in shadow keep the ambient light alone; in the sun, or with shadows off, nothing changes to the
+// last bit.
+TEST_F(ColourImage, ShadowsTakeTheSunsShare) {
+    const auto with_share = [&](std::uint32_t share) {
+        Patches patches;
+        for (const auto& mesh : make_meshes(body, level_halves(3), kCells, [](const Vec3&) { return 0.0; })) {
+            auto copy = std::make_shared<PatchMesh>(*mesh);
+            copy->colours.assign(copy->vertices.size(), share << 24);
+            patches.push_back(std::move(copy));
+        }
+        return patches;
+    };
+    RendererOptions options;
+    options.validation = true;
+    options.cells = kCells;
+    options.shadowed = true;
+    Renderer gpu(body, length_unit(body), options);
+    DrawRequest request;
+    request.camera = look_down(body, {10, 40}, 4 * body.a(), kWidth, kHeight, 25);
+    request.light.direction = direction(Geodetic{-20, 75});
+    request.light.ambient = 0.25;
+    const Patches dark = with_share(0), half = with_share(51), bright = with_share(255);
+    const Frame off = gpu.draw(request, dark);
+    Renderer& plain = renderer(body, kCells);
+    EXPECT_EQ(off.colour.values, plain.draw(request, dark).colour.values);
+    request.shadows = true;
+    const Frame shaded = gpu.draw(request, dark), dim = gpu.draw(request, half),
+                lit = gpu.draw(request, bright);
+    request.shadows = false;
+    request.light.ambient = 0;
+    const Frame sun = gpu.draw(request, dark);
+    request.light.ambient = 1;
+    const Frame albedo = gpu.draw(request, dark);
+    for (std::size_t k = 0; k < sun.colour.values.size(); ++k) {
+        if (k % 4 == 3) continue;
+        const float ambient = 0.25f * albedo.colour.values[k];
+        ASSERT_NEAR(lit.colour.values[k], off.colour.values[k], 1e-3)
+            << k;  // halves, and a 1 that is interpolated
+        ASSERT_NEAR(shaded.colour.values[k], ambient, 1e-3) << k;
+        ASSERT_NEAR(dim.colour.values[k], ambient + 0.2f * 0.75f * sun.colour.values[k], 1e-3) << k;
+    }
+    for (const std::string& message : gpu.messages()) ADD_FAILURE() << message;
+    request.shadows = true;
+    EXPECT_THROW(plain.draw(request, dark), Error);
+}
+
 TEST_F(ColourImage, LambertsLawInLinearLight) {
     const Patches patches = make_meshes(body, level_halves(4), kCells, [](const Vec3&) { return 0.0; });
     const ColourTable white{"white", std::nullopt, {}, {{0, {{-1, {255, 255, 255}}, {1, {255, 255, 255}}}}}};

@@ -39,7 +39,9 @@ struct PatchMesh {
     Half half;
     UnitVector anchor{};                                             // length units: the right-angled corner
     std::vector<PatchVertex, BlockAllocator<PatchVertex>> vertices;  // half_vertex_count(cells)
-    std::vector<std::uint32_t> colours = {};  // of each vertex, sRGB, red in the lowest byte; empty: none
+    // Of each vertex, sRGB, red in the lowest byte; in the highest the sun's share once shadows are cast
+    // (shadows.hpp). Empty: none.
+    std::vector<std::uint32_t> colours = {};
 };
 
 // A perspective camera. Axes are orthonormal in the body frame; pixel (0,0) is the top left corner.

@@ -13,6 +13,7 @@
 //   draw list  all of the above in one call                                            draw_list.hpp
 //   flight     where the eye is along keyframes                                        flight.hpp
 //   paths      keyframes as JSON                                                       flight_path.hpp
+//   shadows    which vertices the sun sees                                            shadows.hpp
 //   refiner    the cut from frame to frame, against deadlines, with workers            refiner.hpp
 //   sun        the subsolar point of the Earth and of Mars at a time                   sun.hpp
 #pragma once
@@ -26,6 +27,7 @@
 #include "carat/render/patch_builder.hpp"
 #include "carat/render/patch_mesh.hpp"
 #include "carat/render/refiner.hpp"
+#include "carat/render/shadows.hpp"
 #include "carat/render/sun.hpp"
 #include "carat/render/vertex_position.hpp"
 #include "carat/render/view.hpp"

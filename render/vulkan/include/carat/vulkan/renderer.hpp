@@ -37,6 +37,7 @@ struct RendererOptions {
     bool validation = false;  // load VK_LAYER_KHRONOS_validation; see Renderer::messages()
     int cells = 64;           // of every patch: a power of two, 2 to 128
     bool coloured = false;    // meshes bring colours (PatchMesh::colours), drawn instead of the table's
+    bool shadowed = false;    // meshes bring the sun's share (cast_shadows()), for DrawRequest::shadows
     int capacity = 4096;      // patch slots at most; memory is taken in chunks as they fill
     // Staging ring, in quarters. submit() never waits for the device while the uploads of
     // kFramesInFlight + 1 frames fit in three quarters of it.
@@ -84,6 +85,9 @@ struct DrawRequest {
     // Below the colour table's sea level: a surface at that level with the sun's glint, seen from above. A
     // mask of heights: dry land below the level is flooded. Needs a table with a sea, else Error(usage).
     bool water = false;
+    // The meshes' share of the sun's direct light on the ground; water, air and sky know no shadows. Needs
+    // RendererOptions::shadowed, else Error(usage).
+    bool shadows = false;
     double wind = 5;  // m/s at 12.5 m above the sea, [0, 100]: how rough it is (Cox and Munk 1954)
 };
 
