@@ -11,7 +11,7 @@ struct Golden {
     std::uint64_t heights;  // hash_heights() of walk.hpp
 };
 
-inline constexpr std::array<Golden, 7> kGolden{{
+inline constexpr std::array<Golden, 9> kGolden{{
     {"example.carat", 0x57E3BA6755BDC5C3u},
     {"mixed_modes.carat", 0xD460C7E3440ECB84u},
     {"paper.carat", 0xCA845F6519C45D07u},
@@ -19,6 +19,8 @@ inline constexpr std::array<Golden, 7> kGolden{{
     {"zero_pages.carat", 0xFD2D055B55D21818u},
     {"range.carat", 0xF6FE7CD9EF454173u},
     {"fitted.carat", 0x2AB4E7CB1BACC091u},
+    {"default_gamma.carat", 0x682F96B944169B1Bu},
+    {"default_range.carat", 0x682F96B944169B1Bu},
 }};
 
 }  // namespace carat::test

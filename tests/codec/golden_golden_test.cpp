@@ -14,7 +14,9 @@
 #include "carat/codec/byte_source.hpp"
 #include "carat/codec/surface.hpp"
 #include "carat/codec/verify.hpp"
+#include "census.hpp"
 #include "mini_builder.hpp"
+#include "range_kernels.hpp"
 #include "slow_reader.hpp"
 #include "walk.hpp"
 
@@ -40,6 +42,32 @@ std::shared_ptr<const RangeTables> tables_fitted_to(MiniPlan p) {
     p.statistics = &counts;
     build_mini(p);
     return RangeTables::fit(counts);
+}
+
+// Patches of the default size, N = 65: face 0 and three diamonds on its sides, one of each mode and order.
+// Roots are flat but for what filters bring there; the centres of face 0 are so rough that their code is
+// long.
+void plan_default_patches(MiniPlan& p) {
+    const auto kind = [](DiamondId d) {
+        const LatticePoint c = d.centre();
+        return d.level() == 0 || c.y > 0 ? 0 : c.y < 0 ? 1 : 2;
+    };
+    p.log2_cells = 6;
+    p.depth = 2;
+    p.tolerance = 1;
+    p.refine = [](DiamondId d) {
+        const auto sides = children(root_diamond(0));
+        return d.level() == 0 ? d == root_diamond(0)
+                              : std::find(sides.begin(), sides.end(), d) != sides.end() && d.centre().z >= 0;
+    };
+    p.mode = [kind](DiamondId d) { return static_cast<Mode>(kind(d)); };
+    p.orders = [kind](DiamondId d) { return 0b100u >> kind(d); };
+    p.source = [rough = white_noise(1 << 19),
+                gentle = fractal(200 * 256, 27, 12)](const LatticePoint& q) -> std::int32_t {
+        const auto on = [&q](std::int32_t spacing) { return q.y % spacing == 0 && q.z % spacing == 0; };
+        if (q.x != kLatticeExtent || on(1 << 25)) return 0;
+        return on(1 << 24) ? rough(q) : gentle(q);
+    };
 }
 
 MiniPlan plan_of(const std::string& file) {
@@ -73,6 +101,9 @@ MiniPlan plan_of(const std::string& file) {
         p.depth = 2;
         p.mode = [](DiamondId) { return Mode::paper; };
         p.body = Ellipsoid::mars();
+    } else if (file == "default_gamma.carat" || file == "default_range.carat") {
+        plan_default_patches(p);
+        p.coding = file == "default_range.carat" ? Coding{} : Coding::gamma();
     } else if (file == "deep_patch.carat") {
         p.depth = 20;
         p.refine = patch(20);
@@ -96,6 +127,51 @@ MiniPlan plan_of(const std::string& file) {
 TEST(Golden, HeightsAreThePinnedOnes) {
     for (const Golden& g : kGolden)
         EXPECT_EQ(hash_heights(Repository::open(kFolder / g.file)), g.heights) << g.file;
+}
+
+// What a file holds that a decoder treats differently.
+struct Kinds {
+    std::set<Mode> modes;
+    std::set<Order> orders;
+    std::set<bool> gamma;
+    int most_states = 0;
+};
+
+int states_of(std::span<const std::byte> matrix) {
+    return matrix.empty() ? 0 : 1 << (static_cast<int>(matrix[0]) & 7);
+}
+
+Kinds kinds_in(const std::filesystem::path& file) {
+    const auto source = open_file(file);
+    const FileStructure structure(*source);
+    Kinds kinds;
+    for (const PartEntry& entry : structure.parts()) {
+        const PagePart part = structure.part(entry);
+        for (const PageDiamond& d : part.diamonds()) {
+            kinds.modes.insert(d.info.mode);
+            kinds.orders.insert(d.info.order);
+            kinds.gamma.insert(d.info.gamma);
+            if (d.info.gamma || structure.header().coding.coder == CoderId::gamma) continue;
+            std::span<const std::byte> first = d.blob;
+            if (d.info.mode != Mode::interpolating) {
+                ByteParser in(d.blob, "blob");
+                const std::size_t length = in.varint();
+                first = in.take(length);
+                kinds.most_states = std::max(kinds.most_states, states_of(in.take(in.left())));
+            }
+            kinds.most_states = std::max(kinds.most_states, states_of(first));
+        }
+    }
+    return kinds;
+}
+
+TEST(Golden, DefaultPatchesTakeEveryWayOfTheDecoder) {
+    for (const char* file : {"default_gamma.carat", "default_range.carat"}) {
+        const Kinds kinds = kinds_in(kFolder / file);
+        EXPECT_EQ(kinds.modes.size(), 3u) << file;
+        EXPECT_EQ(kinds.orders.size(), 3u) << file;
+    }
+    EXPECT_EQ(kinds_in(kFolder / "default_range.carat").most_states, kMostStates);
 }
 
 TEST(Golden, VerifyFindsNoDamage) {

@@ -108,8 +108,10 @@ EncodedRoots encode(MiniBuild& b) {
         for (const DiamondId d : level) {
             if (!b.refined.contains(d)) continue;
             RefinedHeights& out = b.reconstructed[d];
-            b.residuals[d] = encode_residuals(b.plan.coding, mode_of(b.plan, d), b.p.at(d).values,
-                                              b.reference.at(d), b.radius, out, scratch);
+            Coding coding = b.plan.coding;
+            if (b.plan.orders) coding.orders = b.plan.orders(d);
+            b.residuals[d] = encode_residuals(coding, mode_of(b.plan, d), b.p.at(d).values, b.reference.at(d),
+                                              b.radius, out, scratch);
             for (const Half half : {child_halves({d, 0})[0], child_halves({d, 0})[1], child_halves({d, 1})[0],
                                     child_halves({d, 1})[1]}) {
                 Heights& child = b.p[half.diamond];

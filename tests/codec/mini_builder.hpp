@@ -21,10 +21,11 @@ struct MiniPlan {
     int log2_cells = 4;
     double quantum = 1.0 / 256, tolerance = 1;
     Ellipsoid body = Ellipsoid::earth();
-    int depth = 3;                               // no diamond of this level or deeper is refined
-    std::function<bool(DiamondId)> refine = {};  // which to refine, with all their ancestors; empty: all
-    std::function<Mode(DiamondId)> mode = {};    // empty: interpolating
-    Coding coding = Coding::paper();             // gamma, order 4
+    int depth = 3;                                   // no diamond of this level or deeper is refined
+    std::function<bool(DiamondId)> refine = {};      // which to refine, with all their ancestors; empty: all
+    std::function<Mode(DiamondId)> mode = {};        // empty: interpolating
+    Coding coding = Coding::paper();                 // gamma, order 4
+    std::function<unsigned(DiamondId)> orders = {};  // as Coding::orders; empty: coding's
     RangeStatistics* statistics = nullptr;
     std::string vertical_datum = "unstated", provenance = "{}";
 

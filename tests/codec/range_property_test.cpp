@@ -1,32 +1,18 @@
 // The range coder's parts against plain loops, and whole codes back and forth, on every vector target that
 // the machine has.
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <algorithm>
-#include <functional>
 
 #include "carat/globe/error.hpp"
 #include "gather_kernel.hpp"
 #include "globe/random.hpp"
 #include "range.hpp"
 #include "range_kernels.hpp"
+#include "support/every_target.hpp"
 
 namespace carat::test {
 namespace {
-
-// Runs what is given on each target of this machine in turn.
-void on_every_target(const std::function<void()>& check) {
-    const std::int64_t all = hwy::SupportedTargets();
-    for (std::int64_t left = all; left != 0; left &= left - 1) {
-        hwy::SetSupportedTargetsForTest(left & -left);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-        SCOPED_TRACE(hwy::TargetName(left & -left));
-        check();
-    }
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
 
 std::vector<std::uint8_t> random_tokens(Random& random, std::size_t count, int most) {
     std::vector<std::uint8_t> out(count);
