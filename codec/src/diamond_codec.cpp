@@ -11,20 +11,13 @@
 #include "gamma.hpp"
 #include "kernels.hpp"
 #include "range.hpp"
+#include "update_kernels.hpp"
 
 namespace carat {
 namespace {
 
 constexpr std::size_t kMostBytesToTryGamma = 128;
 constexpr std::size_t kGammaMayBeLonger = 110;  // percent of the range code
-
-// Visits interior vertices: f(index in n x n, index in (n-2) x (n-2)).
-template <class F>
-void for_interior(int n, F f) {
-    std::size_t k = 0;
-    for (int i = 1; i < n - 1; ++i)
-        for (int j = 1; j < n - 1; ++j) f(static_cast<std::size_t>(i * n + j), k++);
-}
 
 void resize(RefinedHeights& out, CodecScratch& s, int n) {
     const auto vertices = static_cast<std::size_t>(n * n),
@@ -35,19 +28,6 @@ void resize(RefinedHeights& out, CodecScratch& s, int n) {
     s.prediction.resize(cells);
     s.indices_c.resize(cells);
     s.indices_v.resize(static_cast<std::size_t>((n - 2) * (n - 2)));
-}
-
-// One value: quantises target - prediction, returns the index and leaves the reconstruction in `value`.
-std::int32_t code_value(std::int32_t target, std::int32_t prediction, std::int32_t radius,
-                        std::int32_t& value) {
-    const std::int32_t index = quantize(wrapping_sub(target, prediction), radius);
-    value = wrapping_add(prediction, dequantize(index, radius));
-    return index;
-}
-
-// 2P - pred(C), what mode 2 predicts for V; modulo 2^32.
-std::int32_t paper_vertex(std::int32_t p, std::int32_t predicted) {
-    return wrapping_sub(wrapping_mul(2, p), predicted);
 }
 
 bool all_zero(const std::vector<std::int32_t>& x) {
@@ -117,31 +97,25 @@ CentresChoice choose_centres(const Coding& coding, const std::int32_t* vertices,
     return choice;
 }
 
-void predict_vertices(Mode mode, Order order, std::span<const std::int32_t> p, const RefinedHeights& out,
-                      std::vector<std::int32_t>& prediction) {
-    if (mode == Mode::filtered) {
-        for_interior(out.n, [&](std::size_t at, std::size_t k) { prediction[k] = p[at]; });
-        return;
-    }
-    kernel::predict(out.c.data(), out.n - 1, order, prediction.data());
-    for_interior(out.n,
-                 [&](std::size_t at, std::size_t k) { prediction[k] = paper_vertex(p[at], prediction[k]); });
+// What predicts V inside: P, or in mode 2 also the C that `out` holds.
+kernel::VertexBase vertex_base(Mode mode, Order order, const std::int32_t* p, const RefinedHeights& out,
+                               CodecScratch& s) {
+    if (mode == Mode::filtered) return {p, nullptr};
+    kernel::predict(out.c.data(), out.n - 1, order, s.prediction.data());
+    return {p, s.prediction.data()};
 }
 
-void encode_vertices(Mode mode, Order order, std::span<const std::int32_t> p, const RefinedHeights& ref,
+void encode_vertices(Mode mode, Order order, const std::int32_t* p, const RefinedHeights& ref,
                      std::int32_t radius, RefinedHeights& out, CodecScratch& s) {
-    predict_vertices(mode, order, p, out, s.prediction);
-    for_interior(ref.n, [&](std::size_t at, std::size_t k) {
-        s.indices_v[k] = code_value(ref.v[at], s.prediction[k], radius, out.v[at]);
-    });
+    const kernel::VertexBase base = vertex_base(mode, order, p, out, s);
+    kernel::quantize_vertices(ref.v.data(), base, ref.n, radius, s.indices_v.data());
+    kernel::update_vertices(base, s.indices_v.data(), ref.n, 2 * radius + 1, out.v.data());
 }
 
-void decode_vertices(Mode mode, Order order, std::span<const std::int32_t> p, std::int32_t radius,
-                     RefinedHeights& out, CodecScratch& s) {
-    predict_vertices(mode, order, p, out, s.prediction);
-    for_interior(out.n, [&](std::size_t at, std::size_t k) {
-        out.v[at] = wrapping_add(s.prediction[k], dequantize(s.indices_v[k], radius));
-    });
+void decode_vertices(Mode mode, Order order, const std::int32_t* p, std::int32_t radius, RefinedHeights& out,
+                     CodecScratch& s) {
+    const kernel::VertexBase base = vertex_base(mode, order, p, out, s);
+    kernel::update_vertices(base, s.indices_v.data(), out.n, 2 * radius + 1, out.v.data());
 }
 
 // --- gamma: one bit string for both matrices ---
@@ -245,12 +219,12 @@ EncodedResiduals encode_residuals(const Coding& coding, Mode mode, std::span<con
     std::copy(p.begin(), p.end(), out.v.begin());
     EncodedResiduals e;
     e.info.mode = mode;
-    if (mode == Mode::filtered) encode_vertices(mode, e.info.order, p, ref, radius, out, s);
+    if (mode == Mode::filtered) encode_vertices(mode, e.info.order, p.data(), ref, radius, out, s);
     const std::int32_t* predicting = mode == Mode::paper ? p.data() : out.v.data();
     const CentresChoice choice = choose_centres(coding, predicting, ref, radius, s);
     e.info.order = choice.order;
     kernel::reconstruct(s.prediction.data(), s.indices_c.data(), out.c.size(), 2 * radius + 1, out.c.data());
-    if (mode == Mode::paper) encode_vertices(mode, e.info.order, p, ref, radius, out, s);
+    if (mode == Mode::paper) encode_vertices(mode, e.info.order, p.data(), ref, radius, out, s);
     const bool has_v = mode != Mode::interpolating;
     if (!choice.any && (!has_v || all_zero(s.indices_v))) return e;
     if (coding.coder == CoderId::range) {
@@ -287,7 +261,7 @@ void decode_residuals(const Coding& coding, const BlobInfo& info, std::span<cons
         if (!gamma)
             read_range_matrix(coding, vertices_input(info.mode, p.data(), out, radius), parts[part],
                               s.indices_v, s);
-        decode_vertices(info.mode, info.order, p, radius, out, s);
+        decode_vertices(info.mode, info.order, p.data(), radius, out, s);
     };
     if (v_first) vertices(0);
     const std::int32_t* predicting = info.mode == Mode::paper ? p.data() : out.v.data();
@@ -308,10 +282,7 @@ void filter_vertices(const RefinedHeights& ref, std::span<std::int32_t> p) {
     std::copy(ref.v.begin(), ref.v.end(), p.begin());
     std::vector<std::int32_t> predicted(static_cast<std::size_t>((n - 2) * (n - 2)));
     kernel::predict(ref.c.data(), n - 1, Order::four, predicted.data());
-    for_interior(n, [&](std::size_t at, std::size_t k) {
-        const std::int64_t mean = (std::int64_t{ref.v[at]} + predicted[k] + 1) >> 1;
-        p[at] = static_cast<std::int32_t>(std::clamp<std::int64_t>(mean, -kGreatestHeight, kGreatestHeight));
-    });
+    kernel::filter_vertices(ref.v.data(), predicted.data(), n, p.data());
 }
 
 }  // namespace carat

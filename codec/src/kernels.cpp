@@ -7,35 +7,16 @@
 
 #include "range_model.hpp"
 
-// Bodies of vector loops must not become calls.
-#undef CARAT_INLINE_LAMBDA
-#define CARAT_INLINE_LAMBDA __attribute__((always_inline))
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "lanes-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace carat::kernel::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-// f(d, k) for k = begin, begin + Lanes(d), ...; the last vector may overlap the one before (f must give the
-// same again); below one vector, lane by lane.
-template <class F>
-HWY_INLINE void for_lanes(std::ptrdiff_t begin, std::ptrdiff_t end, F f) {
-    const hn::ScalableTag<std::int32_t> d;
-    const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
-    std::ptrdiff_t k = begin;
-    for (; k + lanes <= end; k += lanes) f(d, k);
-    if (k == end) return;
-    if (end - begin >= lanes) {
-        f(d, end - lanes);
-        return;
-    }
-    const hn::CappedTag<std::int32_t, 1> one;
-    for (; k < end; ++k) f(one, k);
-}
 
 // A weighted sum of samples divided by 2^kBits with rounding half up, modulo 2^32. Exact for all int32
 // samples: floor((sum w x + 2^(kBits-1)) / 2^kBits) = sum w (x >> kBits) + ((sum w (x mod 2^kBits) +
@@ -312,11 +293,6 @@ HWY_INLINE hn::Vec<DU> magnitude(DU du, hn::Vec<DU> x, int shift) {
     return hn::Min(hn::ShiftRightSame(u, shift), hn::Set(du, kMostDifference));
 }
 
-template <class DU>
-HWY_INLINE hn::Vec<DU> load_unsigned(DU du, const std::int32_t* p) {
-    return hn::BitCast(du, hn::LoadU(hn::RebindToSigned<DU>(), p));
-}
-
 // |second differences| of vertex row i, into the row of the padded matrix.
 HWY_INLINE void vertex_row(const std::int32_t* in, std::ptrdiff_t m, std::ptrdiff_t i, int shift,
                            std::uint32_t* out) {
@@ -477,20 +453,14 @@ void Reconstruct(const std::int32_t* prediction, const std::int32_t* index, std:
     });
 }
 
-// An estimate by a double reciprocal is at most one off; the remainder mends it.
 bool Quantize(const std::int32_t* target, const std::int32_t* prediction, std::size_t count,
               std::int32_t radius, std::int32_t* index) {
-    const std::int64_t step = 2 * std::int64_t{radius} + 1;
-    const double inverse = 1.0 / static_cast<double>(step);
+    const Quantizer quantizer(radius);
     std::int32_t any = 0;
     for (std::size_t k = 0; k < count; ++k) {
-        const auto r = static_cast<std::int32_t>(static_cast<std::uint32_t>(target[k]) -
-                                                 static_cast<std::uint32_t>(prediction[k]));
-        const auto guess = static_cast<std::int32_t>(static_cast<double>(r) * inverse);
-        const std::int64_t rest = r - guess * step;
-        const std::int32_t e = guess + (rest > radius ? 1 : 0) - (rest < -std::int64_t{radius} ? 1 : 0);
-        index[k] = e;
-        any |= e;
+        index[k] = quantizer.index(static_cast<std::uint32_t>(target[k]) -
+                                   static_cast<std::uint32_t>(prediction[k]));
+        any |= index[k];
     }
     return any != 0;
 }

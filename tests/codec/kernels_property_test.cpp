@@ -15,6 +15,7 @@
 #include "globe/random.hpp"
 #include "kernels.hpp"
 #include "support/every_target.hpp"
+#include "update_kernels.hpp"
 
 namespace carat::test {
 namespace {
@@ -74,6 +75,65 @@ TEST(Kernels, IndicesAndReconstructionAreThePlainLoops) {
                 ASSERT_EQ(fast_value, value) << radius << ' ' << reach;
             });
         }
+}
+
+// ---- the update of modes 1 and 2 ----
+
+struct Vertices {
+    Matrix v, p, predicted;
+};
+
+// f(number of the vertex, number among the inner ones).
+template <class F>
+void for_inner(F f) {
+    std::size_t inner = 0;
+    for (int i = 1; i < kN - 1; ++i)
+        for (int j = 1; j < kN - 1; ++j) f(static_cast<std::size_t>(i * kN + j), inner++);
+}
+
+TEST(Kernels, UpdateIsThePlainLoops) {
+    Random random;
+    SCOPED_TRACE(random.trace());
+    for (const std::int32_t radius : kRadii)
+        for (const std::int64_t reach : kReaches)
+            for (const bool paper : {false, true}) {
+                const Vertices x{random_matrix(random, kN, reach), random_matrix(random, kN, reach),
+                                 random_matrix(random, kN - 2, reach)};
+                Matrix index(square(kN - 2)), v(square(kN), 77);
+                for_inner([&](std::size_t at, std::size_t inner) {
+                    const std::int32_t base =
+                        paper ? wrapping_sub(wrapping_mul(2, x.p[at]), x.predicted[inner]) : x.p[at];
+                    index[inner] = quantize(wrapping_sub(x.v[at], base), radius);
+                    v[at] = wrapping_add(base, dequantize(index[inner], radius));
+                });
+                const kernel::VertexBase base{x.p.data(), paper ? x.predicted.data() : nullptr};
+                on_every_target([&] {
+                    Matrix fast_index(index.size()), fast_v(v.size(), 77);
+                    kernel::quantize_vertices(x.v.data(), base, kN, radius, fast_index.data());
+                    ASSERT_EQ(fast_index, index) << radius << ' ' << reach << ' ' << paper;
+                    kernel::update_vertices(base, index.data(), kN, 2 * radius + 1, fast_v.data());
+                    ASSERT_EQ(fast_v, v) << radius << ' ' << reach << ' ' << paper;
+                });
+            }
+}
+
+TEST(Kernels, FilterIsThePlainLoop) {
+    Random random;
+    SCOPED_TRACE(random.trace());
+    for (const std::int64_t reach : kReaches) {
+        const Vertices x{random_matrix(random, kN, reach), {}, random_matrix(random, kN - 2, reach)};
+        Matrix p(square(kN), 77);
+        for_inner([&](std::size_t at, std::size_t inner) {
+            const std::int64_t mean = (std::int64_t{x.v[at]} + x.predicted[inner] + 1) >> 1;
+            p[at] =
+                static_cast<std::int32_t>(std::clamp<std::int64_t>(mean, -kGreatestHeight, kGreatestHeight));
+        });
+        on_every_target([&] {
+            Matrix fast(p.size(), 77);
+            kernel::filter_vertices(x.v.data(), x.predicted.data(), kN, fast.data());
+            ASSERT_EQ(fast, p) << reach;
+        });
+    }
 }
 
 // ---- contexts: docs/format.md, 8.6 ----
