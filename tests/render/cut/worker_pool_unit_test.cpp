@@ -168,15 +168,22 @@ TEST(WorkerPool, ADeadlineEndsTheWait) {
     EXPECT_EQ(take_all(pool, 1)[0].result, 1);
 }
 
+// Says which thread destroyed it.
+class Tells {
+  public:
+    Tells(std::thread::id& by, Semaphore& gone) : by_(by), gone_(gone) {}
+    Tells(const Tells&) = delete;
+    ~Tells() {
+        by_ = std::this_thread::get_id();
+        gone_.post();
+    }
+
+  private:
+    std::thread::id& by_;
+    Semaphore& gone_;
+};
+
 TEST(WorkerPool, WorkersDestroyWhatIsDiscarded) {
-    struct Tells {
-        std::thread::id& by;
-        Semaphore& gone;
-        ~Tells() {
-            by = std::this_thread::get_id();
-            gone.post();
-        }
-    };
     std::thread::id by;
     Semaphore gone;
     Pool pool(1);
@@ -190,17 +197,9 @@ TEST(WorkerPool, WorkersDestroyWhatIsDiscarded) {
 TEST(WorkerPool, WorkersDestroyWhatIsLeftOfResults) {
     std::thread::id by;
     Semaphore gone;
-    struct Tells {
-        std::thread::id* by;
-        Semaphore* gone;
-        ~Tells() {
-            *by = std::this_thread::get_id();
-            gone->post();
-        }
-    };
     FrameHeap heap;
     WorkerPool<int, std::shared_ptr<Tells>> pool(
-        1, [] {}, [&](int&) { return std::make_shared<Tells>(&by, &gone); }, heap);
+        1, [] {}, [&](int&) { return std::make_shared<Tells>(by, gone); }, heap);
     WorkerPool<int, std::shared_ptr<Tells>>::Jobs jobs(&heap);
     jobs.push_back({1, 1, 0});
     pool.add(jobs);
