@@ -25,9 +25,20 @@ class BitWriter {
         pending_ >>= whole;
         filled_ -= whole;
     }
-    // Pads the last byte with zero bits.
-    std::vector<std::byte> finish() {
+    // Begins a new string in the same memory.
+    void clear() {
+        size_ = 0;
+        pending_ = 0;
+        filled_ = 0;
+    }
+    // Pads the last byte with zero bits. What is returned is valid until the writer is used again.
+    std::span<const std::byte> finished() {
         if (filled_ > 0) put(0, 8 - filled_);
+        return {bytes_.data(), size_};
+    }
+    // The same, for one's own; the writer's memory goes with it.
+    std::vector<std::byte> finish() {
+        finished();
         bytes_.resize(size_);
         size_ = 0;
         return std::move(bytes_);

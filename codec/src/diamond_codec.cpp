@@ -47,10 +47,10 @@ RangeInput vertices_input(Mode mode, const std::int32_t* p, const RefinedHeights
 
 // What the indices would cost, comparable between orders: range in 1/256 bit, gamma in bits.
 std::uint64_t cost_of(const Coding& coding, const RangeInput& input, const std::vector<std::int32_t>& index,
-                      const CodecScratch& s) {
+                      CodecScratch& s) {
     if (coding.coder == CoderId::range)
         return range_cost(coding.tables->model(), index, input.rows, *s.range);
-    return gamma_cost(index, input.rows, input.m - 1, 2);
+    return s.gamma_writer->cost(index, input.rows, input.m - 1, 2);
 }
 
 struct CentresChoice {
@@ -124,22 +124,22 @@ struct GammaSize {
     int leaf_size;
     std::uint64_t bits;
 };
-GammaSize gamma_size(int n, bool has_v, const CodecScratch& s) {
+GammaSize gamma_size(int n, bool has_v, CodecScratch& s) {
     const int side = n - 1;
     const auto cost = [&](int leaf) {
-        return gamma_cost(s.indices_c, side, side, leaf) +
-               (has_v ? gamma_cost(s.indices_v, n - 2, side, leaf) : 0);
+        return s.gamma_writer->cost(s.indices_c, side, side, leaf) +
+               (has_v ? s.gamma_writer->cost(s.indices_v, n - 2, side, leaf) : 0);
     };
     const std::uint64_t two = cost(2), four = cost(4);
     return four < two ? GammaSize{4, four} : GammaSize{2, two};
 }
 
-std::vector<std::byte> gamma_blob(int n, bool has_v, int leaf_size, const CodecScratch& s) {
+std::span<const std::byte> gamma_blob(int n, bool has_v, int leaf_size, CodecScratch& s) {
     const int side = n - 1;
-    BitWriter bits;
-    gamma_encode(s.indices_c, side, side, leaf_size, bits);
-    if (has_v) gamma_encode(s.indices_v, n - 2, side, leaf_size, bits);
-    return bits.finish();
+    s.gamma_writer->open();
+    s.gamma_writer->add(s.indices_c, side, side, leaf_size);
+    if (has_v) s.gamma_writer->add(s.indices_v, n - 2, side, leaf_size);
+    return s.gamma_writer->finish();
 }
 
 void read_gamma_blob(const BlobInfo& info, std::span<const std::byte> blob, int n, CodecScratch& s) {
@@ -157,20 +157,25 @@ void range_matrix(const Coding& coding, const RangeInput& input, const std::vect
     if (!all_zero(index)) range_encode(coding.tables->model(), input, index, *s.range, s.statistics, out);
 }
 
-void range_blob(const Coding& coding, Mode mode, std::span<const std::int32_t> p, std::int32_t radius,
-                Activity activity, const RefinedHeights& out, EncodedResiduals& e, CodecScratch& s) {
-    RangeInput c = centres_input(mode == Mode::paper ? p.data() : out.v.data(), out.n, radius);
+std::span<const std::byte> range_blob(const Coding& coding, Mode mode, const std::int32_t* p,
+                                      std::int32_t radius, Activity activity, const RefinedHeights& out,
+                                      CodecScratch& s) {
+    std::vector<std::byte>&first = s.range->matrix, &blob = s.range->blob;
+    first.clear();
+    blob.clear();
+    RangeInput c = centres_input(mode == Mode::paper ? p : out.v.data(), out.n, radius);
     c.activity = activity;
-    if (mode == Mode::interpolating) return range_matrix(coding, c, s.indices_c, s, e.blob);
-    const RangeInput v = vertices_input(mode, p.data(), out, radius);
-    std::vector<std::byte> first, second;
-    range_matrix(coding, mode == Mode::filtered ? v : c, mode == Mode::filtered ? s.indices_v : s.indices_c,
-                 s, first);
-    range_matrix(coding, mode == Mode::filtered ? c : v, mode == Mode::filtered ? s.indices_c : s.indices_v,
-                 s, second);
-    put_varint(e.blob, first.size());
-    e.blob.insert(e.blob.end(), first.begin(), first.end());
-    e.blob.insert(e.blob.end(), second.begin(), second.end());
+    if (mode == Mode::interpolating) {
+        range_matrix(coding, c, s.indices_c, s, blob);
+        return blob;
+    }
+    const RangeInput v = vertices_input(mode, p, out, radius);
+    const bool v_first = mode == Mode::filtered;
+    range_matrix(coding, v_first ? v : c, v_first ? s.indices_v : s.indices_c, s, first);
+    put_varint(blob, first.size());
+    blob.insert(blob.end(), first.begin(), first.end());
+    range_matrix(coding, v_first ? c : v, v_first ? s.indices_c : s.indices_v, s, blob);
+    return blob;
 }
 
 void read_range_matrix(const Coding& coding, const RangeInput& input, std::span<const std::byte> bytes,
@@ -193,7 +198,9 @@ std::array<std::span<const std::byte>, 2> range_parts(Mode mode, std::span<const
 }  // namespace
 
 CodecScratch::CodecScratch()
-    : range(std::make_unique<RangeScratch>()), gamma(std::make_unique<GammaReader>()) {}
+    : range(std::make_unique<RangeScratch>()),
+      gamma(std::make_unique<GammaReader>()),
+      gamma_writer(std::make_unique<GammaWriter>()) {}
 CodecScratch::~CodecScratch() = default;
 CodecScratch::CodecScratch(CodecScratch&&) noexcept = default;
 CodecScratch& CodecScratch::operator=(CodecScratch&&) noexcept = default;
@@ -227,17 +234,25 @@ EncodedResiduals encode_residuals(const Coding& coding, Mode mode, std::span<con
     if (mode == Mode::paper) encode_vertices(mode, e.info.order, p.data(), ref, radius, out, s);
     const bool has_v = mode != Mode::interpolating;
     if (!choice.any && (!has_v || all_zero(s.indices_v))) return e;
-    if (coding.coder == CoderId::range) {
-        range_blob(coding, mode, p, radius, choice.activity, out, e, s);
-        if (e.blob.size() > kMostBytesToTryGamma) return e;
+    const auto keep = [&e](std::span<const std::byte> blob) { e.blob.assign(blob.begin(), blob.end()); };
+    const bool range = coding.coder == CoderId::range;
+    std::span<const std::byte> code;
+    if (range) {
+        code = range_blob(coding, mode, p.data(), radius, choice.activity, out, s);
+        if (code.size() > kMostBytesToTryGamma) {
+            keep(code);
+            return e;
+        }
     }
     // A sparse diamond is decoded several times as fast by gamma, and is often no longer.
     const GammaSize gamma = gamma_size(n, has_v, s);
-    if (coding.coder == CoderId::range && (gamma.bits + 7) / 8 > e.blob.size() * kGammaMayBeLonger / 100)
+    if (range && (gamma.bits + 7) / 8 > code.size() * kGammaMayBeLonger / 100) {
+        keep(code);
         return e;
-    e.info.gamma = coding.coder == CoderId::range;
+    }
+    e.info.gamma = range;
     e.info.leaf_size = gamma.leaf_size;
-    e.blob = gamma_blob(n, has_v, gamma.leaf_size, s);
+    keep(gamma_blob(n, has_v, gamma.leaf_size, s));
     return e;
 }
 
@@ -279,10 +294,16 @@ void decode_residuals(const Coding& coding, const BlobInfo& info, std::span<cons
 
 void filter_vertices(const RefinedHeights& ref, std::span<std::int32_t> p) {
     const int n = ref.n;
-    std::copy(ref.v.begin(), ref.v.end(), p.begin());
-    std::vector<std::int32_t> predicted(static_cast<std::size_t>((n - 2) * (n - 2)));
-    kernel::predict(ref.c.data(), n - 1, Order::four, predicted.data());
-    kernel::filter_vertices(ref.v.data(), predicted.data(), n, p.data());
+    assert(p.size() == static_cast<std::size_t>(n * n) && ref.v.size() == p.size());
+    kernel::predict(ref.c.data(), n - 1, Order::four, p.data());
+    kernel::filter_vertices(ref.v.data(), p.data(), n, p.data());
+    const auto row = static_cast<std::size_t>(n), last = row * (row - 1);
+    std::copy_n(ref.v.data(), row, p.data());
+    std::copy_n(ref.v.data() + last, row, p.data() + last);
+    for (std::size_t at = row; at < last; at += row) {
+        p[at] = ref.v[at];
+        p[at + row - 1] = ref.v[at + row - 1];
+    }
 }
 
 }  // namespace carat

@@ -83,6 +83,13 @@ class ZeroPyramid {
     std::size_t depth_ = 0;
 };
 
+// Room in both lists for all leaves of either size: they change places, and no later matrix then allocates.
+void reserve_leaves(int side, std::vector<std::uint16_t>& a, std::vector<std::uint16_t>& b) {
+    const auto most = static_cast<std::size_t>(side / 2 * (side / 2)) + 4;
+    a.reserve(most);
+    b.reserve(most);
+}
+
 // Four places at most; returns where the list ends then.
 std::uint16_t* append_quadrants(unsigned mask, unsigned parent, std::uint16_t* to) {
     for (unsigned q = 0; q < 4; ++q) {
@@ -92,12 +99,13 @@ std::uint16_t* append_quadrants(unsigned mask, unsigned parent, std::uint16_t* t
     return to;
 }
 
-// Writes the flags; the leaves that are not zero in order.
+// Writes the flags; into `squares` the leaves that are not zero, in order.
 template <class Sink>
-std::vector<std::uint16_t> put_flags(const ZeroPyramid& pyramid, Sink& out) {
+void put_flags(const ZeroPyramid& pyramid, Sink& out, std::vector<std::uint16_t>& squares,
+               std::vector<std::uint16_t>& finer) {
     out.put(pyramid.any() ? 1 : 0, 1);
-    if (!pyramid.any()) return {};
-    std::vector<std::uint16_t> squares{0}, finer;
+    squares.assign(pyramid.any() ? 1 : 0, 0);
+    if (!pyramid.any()) return;
     for (std::size_t level = pyramid.depth(); level-- > 0;) {
         finer.resize(4 * squares.size() + 4);
         std::uint16_t* end = finer.data();
@@ -109,7 +117,6 @@ std::vector<std::uint16_t> put_flags(const ZeroPyramid& pyramid, Sink& out) {
         finer.resize(static_cast<std::size_t>(end - finer.data()));
         std::swap(squares, finer);
     }
-    return squares;
 }
 
 // Short codes on their way to a writer, many at a time.
@@ -204,20 +211,20 @@ void demand(kernel::RunEnd end) {
 
 }  // namespace
 
-void gamma_encode(std::span<const std::int32_t> values, int rows, int side, int leaf_size, BitWriter& out) {
+void GammaWriter::add(std::span<const std::int32_t> values, int rows, int side, int leaf_size) {
     const ZeroPyramid pyramid(values, rows, side, leaf_size);
-    const std::vector<std::uint16_t> leaves = put_flags(pyramid, out);
-    std::vector<std::int32_t> sequence;
-    sequence.reserve(values.size());
-    gather_leaves(values, rows, leaf_size, leaves, sequence);
-    GatheredBits lengths(out);
-    for (const std::int32_t v : sequence) {
+    reserve_leaves(side, leaves_, finer_);
+    put_flags(pyramid, bits_, leaves_, finer_);
+    sequence_.reserve(values.size());
+    gather_leaves(values, rows, leaf_size, leaves_, sequence_);
+    GatheredBits lengths(bits_);
+    for (const std::int32_t v : sequence_) {
         const int n = static_cast<int>(std::bit_width(gamma_of(v))) - 1;
         lengths.put(std::uint64_t{1} << n, n + 1);
     }
     lengths.flush();
-    GatheredBits suffixes(out);
-    for (const std::int32_t v : sequence) {
+    GatheredBits suffixes(bits_);
+    for (const std::int32_t v : sequence_) {
         const std::uint64_t code = gamma_of(v);
         const int n = static_cast<int>(std::bit_width(code)) - 1;
         suffixes.put(code ^ std::uint64_t{1} << n, n);
@@ -225,14 +232,15 @@ void gamma_encode(std::span<const std::int32_t> values, int rows, int side, int 
     suffixes.flush();
 }
 
-std::uint64_t gamma_cost(std::span<const std::int32_t> values, int rows, int side, int leaf_size) {
+std::uint64_t GammaWriter::cost(std::span<const std::int32_t> values, int rows, int side, int leaf_size) {
     BitCounter counter;
     const ZeroPyramid pyramid(values, rows, side, leaf_size);
-    const std::vector<std::uint16_t> leaves = put_flags(pyramid, counter);
+    reserve_leaves(side, leaves_, finer_);
+    put_flags(pyramid, counter, leaves_, finer_);
     // Zeros outside the leaves are counted too, then taken back: a bit each.
     const std::uint64_t sum = kernel::code_bits(values.data(), values.size());
     std::uint64_t inside = 0;
-    for (const std::uint16_t leaf : leaves) {
+    for (const std::uint16_t leaf : leaves_) {
         const Shape s = shape_of(leaf, leaf_size, rows);
         inside += static_cast<std::uint64_t>(s.height * s.width);
     }
@@ -261,6 +269,7 @@ void GammaReader::demand_inside() const {
 std::size_t GammaReader::read_leaves(int side, int leaf_size) {
     const bool any = (peek() & 1) != 0;
     ++at_;
+    reserve_leaves(side, leaves_, parents_);
     leaves_.assign(any ? 1 : 0, 0);
     for (int size = side; any && size > leaf_size; size /= 2) {
         std::swap(leaves_, parents_);

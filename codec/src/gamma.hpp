@@ -20,10 +20,22 @@
 
 namespace carat {
 
-// values: rows x rows, side/2 < rows <= side, side = 2^k >= leaf_size, k <= 7.
-void gamma_encode(std::span<const std::int32_t> values, int rows, int side, int leaf_size, BitWriter& out);
-// Bits gamma_encode would write.
-std::uint64_t gamma_cost(std::span<const std::int32_t> values, int rows, int side, int leaf_size);
+// Writes matrices of a blob, one after another. One per thread; its memory is used again for the next blob.
+class GammaWriter {
+  public:
+    void open() { bits_.clear(); }
+    // values: rows x rows, side/2 < rows <= side, side = 2^k >= leaf_size, k <= 7.
+    void add(std::span<const std::int32_t> values, int rows, int side, int leaf_size);
+    // The blob; valid until the writer is used again.
+    std::span<const std::byte> finish() { return bits_.finished(); }
+    // Bits add() would write.
+    std::uint64_t cost(std::span<const std::int32_t> values, int rows, int side, int leaf_size);
+
+  private:
+    BitWriter bits_;
+    std::vector<std::uint16_t> leaves_, finer_;  // Z-order numbers
+    std::vector<std::int32_t> sequence_;         // values of the leaves
+};
 
 // Reads matrices of a blob, one after another. One per thread; its memory is used again for the next blob.
 class GammaReader {

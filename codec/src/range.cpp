@@ -146,9 +146,9 @@ int log2_states_for(std::uint64_t bits, std::uint64_t raw) {
 }
 
 // Signs of the tokens that are not 0, then the raw bits of their magnitudes, in order of cells.
-std::vector<std::byte> write_raw(std::span<const std::int32_t> index, const std::uint8_t* token,
-                                 std::uint64_t& count) {
-    BitWriter out;
+std::span<const std::byte> write_raw(std::span<const std::int32_t> index, const std::uint8_t* token,
+                                     BitWriter& out, std::uint64_t& count) {
+    out.clear();
     std::uint64_t word = 0;
     int filled = 0;
     count = 0;
@@ -168,7 +168,7 @@ std::vector<std::byte> write_raw(std::span<const std::int32_t> index, const std:
     }
     out.put(word, filled);
     count += static_cast<std::uint64_t>(filled);
-    return out.finish();
+    return out.finished();
 }
 
 // Encodes backwards what a decoder reads forwards: words are written from the end of `words` on, which must
@@ -226,14 +226,14 @@ std::array<std::size_t, 2> final_tokens(const RangeTables::Model& model, const R
 }
 
 // Four bits k, then 16 + k bits: the state is 2^(16+k) and those.
-std::vector<std::byte> write_states(std::span<const std::uint32_t> states) {
-    BitWriter bits;
+std::span<const std::byte> write_states(std::span<const std::uint32_t> states, BitWriter& bits) {
+    bits.clear();
     for (const std::uint32_t x : states) {
         const int k = static_cast<int>(std::bit_width(x)) - 1 - kStateBits;
         bits.put(static_cast<std::uint64_t>(k), 4);
         bits.put(x ^ 1u << (kStateBits + k), kStateBits + k);
     }
-    return bits.finish();
+    return bits.finished();
 }
 
 // Reads what write_states wrote; the run's words begin behind it.
@@ -338,7 +338,7 @@ void range_encode(const RangeTables::Model& model, const RangeInput& in, std::sp
     passes.open_gaps(1, counts[1], s.token[1].data());
     kernel::merge_passes(s.token[0].data(), s.token[1].data(), in.rows, s.cells.data());
     std::uint64_t raw_bits = 0;
-    const std::vector<std::byte> raw = write_raw(index, s.cells.data(), raw_bits);
+    const std::span<const std::byte> raw = write_raw(index, s.cells.data(), s.raw_bits, raw_bits);
     for (const int pass : {0, 1}) passes.close_gaps(pass, s.token[static_cast<std::size_t>(pass)].data());
 
     const int log2_states = log2_states_for(kCostRows * choice.cost / 256, raw_bits);
@@ -357,7 +357,7 @@ void range_encode(const RangeTables::Model& model, const RangeInput& in, std::sp
 
     out.push_back(static_cast<std::byte>(log2_states | (choice.offset - kLeastOffset) << 3 |
                                          static_cast<int>(in.activity) << 7));
-    const std::vector<std::byte> first = write_states({x.data(), states});
+    const std::span<const std::byte> first = write_states({x.data(), states}, s.state_bits);
     append(out, first.data(), first.size());
     append(
         out, encoder.first(),

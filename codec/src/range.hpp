@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "bits.hpp"
 #include "carat/codec/coding.hpp"
 #include "kernels.hpp"
 #include "range_model.hpp"
@@ -38,6 +39,8 @@ struct RangeScratch {
     std::vector<std::byte> code;    // padded
     std::vector<std::uint8_t> raw;  // payload of the states, raw bits, padding
     std::vector<std::uint16_t> words;
+    BitWriter raw_bits, state_bits;
+    std::vector<std::byte> matrix, blob;  // for whoever puts matrices together
 };
 
 // Appends the coded matrix (rows x rows). Counts tokens into `statistics` if not null.

@@ -69,8 +69,11 @@ void UpdateVertices(const VertexBase& base, const std::int32_t* index, int n, st
 }
 
 void FilterVertices(const std::int32_t* v, const std::int32_t* predicted, int n, std::int32_t* p) {
-    for_inner_rows(n, [&](std::ptrdiff_t vertex, std::ptrdiff_t inner) CARAT_INLINE_LAMBDA {
-        for_lanes(0, n - 2, [&](auto d, std::ptrdiff_t j) CARAT_INLINE_LAMBDA {
+    // From the last row on: what is written lies behind all that is still to be read.
+    const std::ptrdiff_t inside = n - 2;
+    for (std::ptrdiff_t i = inside; i > 0; --i) {
+        const std::ptrdiff_t vertex = i * n + 1, inner = (i - 1) * inside;
+        for_lanes(0, inside, [&](auto d, std::ptrdiff_t j) CARAT_INLINE_LAMBDA {
             const auto a = hn::LoadU(d, v + vertex + j), b = hn::LoadU(d, predicted + inner + j);
             // floor((a + b + 1) / 2) without a carry: a + b = 2 (a | b) - (a ^ b).
             const auto mean = hn::Sub(hn::Or(a, b), hn::ShiftRight<1>(hn::Xor(a, b)));
@@ -78,7 +81,7 @@ void FilterVertices(const std::int32_t* v, const std::int32_t* predicted, int n,
                 hn::Min(hn::Max(mean, hn::Set(d, -kGreatestHeight)), hn::Set(d, kGreatestHeight));
             hn::StoreU(held, d, p + vertex + j);
         });
-    });
+    }
 }
 
 }  // namespace carat::kernel::HWY_NAMESPACE

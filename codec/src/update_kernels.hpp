@@ -22,7 +22,8 @@ void quantize_vertices(const std::int32_t* v, const VertexBase& base, int n, std
 void update_vertices(const VertexBase& base, const std::int32_t* index, int n, std::int32_t step,
                      std::int32_t* v);
 
-// p = (v + predicted) / 2 inside, rounded half up, held within +-kGreatestHeight.
+// p = (v + predicted) / 2 inside, rounded half up, held within +-kGreatestHeight. `predicted` may stand at
+// the beginning of p.
 void filter_vertices(const std::int32_t* v, const std::int32_t* predicted, int n, std::int32_t* p);
 
 }  // namespace carat::kernel

@@ -6,9 +6,10 @@
 
 namespace {
 
-std::atomic<std::size_t> largest{0};
+std::atomic<std::size_t> largest{0}, number{0};
 
 void* watched(std::size_t size) {
+    ++number;
     std::size_t seen = largest;
     while (seen < size && !largest.compare_exchange_weak(seen, size)) {
     }
@@ -28,6 +29,10 @@ void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
 namespace carat::test {
 
 std::size_t largest_allocation() { return largest; }
-void forget_allocations() { largest = 0; }
+std::size_t allocations() { return number; }
+void forget_allocations() {
+    largest = 0;
+    number = 0;
+}
 
 }  // namespace carat::test

@@ -132,6 +132,9 @@ TEST(Kernels, FilterIsThePlainLoop) {
             Matrix fast(p.size(), 77);
             kernel::filter_vertices(x.v.data(), x.predicted.data(), kN, fast.data());
             ASSERT_EQ(fast, p) << reach;
+            std::copy(x.predicted.begin(), x.predicted.end(), fast.begin());
+            kernel::filter_vertices(x.v.data(), fast.data(), kN, fast.data());
+            for_inner([&](std::size_t at, std::size_t) { ASSERT_EQ(fast[at], p[at]) << reach << ' ' << at; });
         });
     }
 }
@@ -253,18 +256,19 @@ TEST(Kernels, GammaRunsAreThePlainLoops) {
                 for (std::size_t k = 0; k < values.size(); ++k)
                     nonzero[k / 64] |= std::uint64_t{values[k] != 0 ? 1u : 0u} << (k % 64);
                 const int leaf = round % 2 == 0 ? 2 : 4;
-                BitWriter out;
-                gamma_encode(values, rows, kN - 1, leaf, out);
-                const std::vector<std::byte> code = out.finish();
+                GammaWriter writer;
+                writer.add(values, rows, kN - 1, leaf);
+                const std::span<const std::byte> written = writer.finish();
+                const std::vector<std::byte> code(written.begin(), written.end());
                 on_every_target([&] {
                     ASSERT_EQ(kernel::code_bits(values.data(), values.size()), bits);
                     std::vector<std::uint64_t> fast(nonzero.size());
                     kernel::nonzero_bits(values.data(), values.size(), fast.data());
                     ASSERT_EQ(fast, nonzero);
-                    BitWriter again;
-                    gamma_encode(values, rows, kN - 1, leaf, again);
-                    ASSERT_EQ(again.finish(), code);
-                    ASSERT_EQ((gamma_cost(values, rows, kN - 1, leaf) + 7) / 8, code.size());
+                    writer.open();
+                    writer.add(values, rows, kN - 1, leaf);
+                    ASSERT_TRUE(std::ranges::equal(writer.finish(), code));
+                    ASSERT_EQ((writer.cost(values, rows, kN - 1, leaf) + 7) / 8, code.size());
                     GammaReader reader;
                     Matrix back(values.size(), 7);
                     reader.open(code);

@@ -327,16 +327,17 @@ std::vector<std::int32_t> sparse_matrix(Random& random, int rows, double density
 TEST(Gamma, MatricesRoundTripAndCostIsExact) {
     Random random;
     GammaReader reader;
+    GammaWriter writer;
     SCOPED_TRACE(random.trace());
     for (const int side : {4, 8, 16, 32, 64, 128})
         for (const int rows : {side, side - 1})
             for (const int leaf : {2, 4})
                 for (const double density : {0.0, 0.001, 0.05, 0.5, 1.0}) {
                     const auto values = sparse_matrix(random, rows, density);
-                    BitWriter out;
-                    gamma_encode(values, rows, side, leaf, out);
-                    const auto bytes = out.finish();
-                    const std::uint64_t cost = gamma_cost(values, rows, side, leaf);
+                    writer.open();
+                    writer.add(values, rows, side, leaf);
+                    const auto bytes = writer.finish();
+                    const std::uint64_t cost = writer.cost(values, rows, side, leaf);
                     ASSERT_EQ(bytes.size(), (cost + 7) / 8);
                     std::vector<std::int32_t> back(values.size(), 12345);
                     reader.open(bytes);
@@ -348,7 +349,7 @@ TEST(Gamma, MatricesRoundTripAndCostIsExact) {
 
 TEST(Gamma, AnEmptyMatrixIsOneBit) {
     const std::vector<std::int32_t> zeros(64 * 64);
-    EXPECT_EQ(gamma_cost(zeros, 64, 64, 2), 1u);
+    EXPECT_EQ(GammaWriter().cost(zeros, 64, 64, 2), 1u);
 }
 
 TEST(BlobInfo, EveryByteIsReadBackOrRefused) {

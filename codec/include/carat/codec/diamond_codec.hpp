@@ -20,6 +20,7 @@
 namespace carat {
 
 class GammaReader;
+class GammaWriter;
 struct RangeScratch;
 
 enum class Mode : std::uint8_t { interpolating = 0, filtered = 1, paper = 2 };
@@ -42,7 +43,8 @@ struct EncodedResiduals {
     std::vector<std::byte> blob;  // empty: all residuals are zero
 };
 
-// Work space of encoder and decoder, reused between calls; one per thread.
+// Work space of encoder and decoder, reused between calls; one per thread. After a first diamond of the same
+// n and coding, and one as large, decoding allocates nothing and encoding only the blob that it returns.
 struct CodecScratch {
     CodecScratch();
     ~CodecScratch();
@@ -52,6 +54,7 @@ struct CodecScratch {
     std::vector<std::int32_t> prediction, indices_c, indices_v, trial;
     std::unique_ptr<RangeScratch> range;
     std::unique_ptr<GammaReader> gamma;
+    std::unique_ptr<GammaWriter> gamma_writer;
     RangeStatistics* statistics = nullptr;  // if set, the range encoder counts its tokens there
 };
 
