@@ -57,6 +57,25 @@ TEST_F(Bench, ErrorKeepsItsThresholds) {
     EXPECT_TRUE(contains(contents(path("e.svg")), "Error against triangles"));
 }
 
+TEST_F(Bench, DeadlineTellsWhoIsLate) {
+    write_raster(path("hills.tif"), hills());
+    ASSERT_EQ(carat("build --layer hills.tif --tolerance 5 -o hills.carat").exit, 0);
+    const Outcome r =
+        carat("bench deadline hills.carat --at 1,2 --budget 2 --frames 50 --size 320x200 --csv d.csv --json");
+    ASSERT_EQ(r.exit, 0) << r.out << r.err;
+    const auto rows = r.json();
+    ASSERT_EQ(rows.size(), 4u) << "a path each";
+    for (const auto& row : rows) {
+        EXPECT_EQ(row.at("frames"), 50);
+        EXPECT_LE(row.at("late_by_us"), row.at("late_frames")) << row;
+        EXPECT_LE(row.at("late_frames"), 50);
+        EXPECT_LE(row.at("own_p999_ms"), row.at("overrun_p999_ms")) << "without what the machine took";
+        EXPECT_GE(row.at("other_sleeps"), 0);
+        EXPECT_LE(row.at("within_share").get<double>(), 1 + 1e-9);
+    }
+    EXPECT_TRUE(contains(contents(path("d.csv")), "late_by_us"));
+}
+
 TEST_F(Bench, BuildRunsBesideGdalTranslate) {
     write_raster(path("hills.tif"), hills());
     const Outcome r =
