@@ -5,8 +5,8 @@ usage: demo_views.py CARAT FILE BODY FLIGHT.json LAYER...     LAYER: the sources
 
 Prints one view a line, its name and then the options of carat render: the whole globe from two sides and from above both
 poles, then for each regional layer an oblique view of all of it and one from low over its middle, then the named places
-of the body that the file knows finely enough. Ground heights are asked from the file, through carat query. FLIGHT.json
-becomes the path, for carat fly, of a descent from space to the last of these views.
+of the body that the file knows finely enough: those of docs/gallery.md among them. Ground heights are asked from the file,
+through carat query. FLIGHT.json becomes the path, for carat fly, of a descent from space to the last of these views.
 """
 
 import dataclasses
@@ -21,14 +21,28 @@ RADIUS = {"earth": 6371000.0, "moon": 1737400.0, "mars": 3389500.0}
 # the sun's azimuth relative to the heading and elevation in degrees
 PLACES = {
     "earth": [
-        ("himalaya", 27.99, 86.93, 15, 350e3, 120e3, 20e3, 285, 24),
-        ("andes", -32.65, -70.01, 80, 350e3, 110e3, 20e3, 285, 24),
-        ("sierra-nevada-sunset", 36.5785, -118.292, 245, 22e3, 2600, 500, 65, 6),
+        ("himalaya", 27.99, 86.93, 15, 350e3, 120e3, 5e3, 285, 24),
+        ("andes", -32.65, -70.01, 80, 350e3, 110e3, 5e3, 285, 24),
     ],
     "moon": [("tycho", -43.3, -11.2, 10, 250e3, 90e3, 8e3, 285, 24)],
+}
+
+# name, place that must be known, coarsest useful spacing in metres there; then the eye's latitude, longitude and height, heading,
+# pitch and angle of view; then how it is lit, besides the light of the body where there is any.
+FROM_ORBIT = ["--relief=3", "--detail", "--tone=aces", "--exposure=1.6", "--supersample=2"]
+AT_WHITNEY = ["--sun=110,30", "--sky", "--tone=aces", "--exposure=1.4"]
+GALLERY = {
+    "earth": [
+        ("whitney-1", (36.58, -118.29), 500, 36.50, -118.29, 6500, 20, -35, 45, AT_WHITNEY),
+        ("whitney-2", (36.58, -118.29), 500, 36.565, -118.29, 4700, 20, -20, 45, AT_WHITNEY),
+        ("whitney-1-detail", (36.58, -118.29), 500, 36.50, -118.29, 6500, 20, -35, 45, AT_WHITNEY + ["--detail"]),
+        ("whitney-2-detail", (36.58, -118.29), 500, 36.565, -118.29, 4700, 20, -20, 45, AT_WHITNEY + ["--detail"]),
+        ("sierra-nevada-sunset", (36.58, -118.29), 500, 36.70, -117.98, 5200, 245, -7, 45,
+         ["--sun=310,8", "--sky", "--water", "--shadows", "--tone=aces", "--exposure=2.5"]),
+    ],
     "mars": [
-        ("valles-marineris", -13.9, -59.2, 285, 600e3, 150e3, 40e3, 285, 18),
-        ("olympus-mons", 18.65, -133.8, 330, 900e3, 300e3, 40e3, 285, 24),
+        ("valles-marineris", (-10, -70), 40e3, -18, -62, 400e3, 307, -34, 38, ["--sun=50,30", *FROM_ORBIT]),
+        ("olympus-mons", (18.65, -133.8), 40e3, 8.5, -139.5, 300e3, 30, -28, 32, ["--sun=280,25", *FROM_ORBIT]),
     ],
 }
 
@@ -36,7 +50,7 @@ FROM_SPACE = ["--sun=290,50"]
 # What the light of a body wants, besides the sun.
 LIGHT = {
     "earth": ["--sky", "--water", "--tone=aces"],
-    "mars": ["--sky", "--tone=aces"],
+    "mars": ["--tone=aces"],  # through its dust the relief is gone
 }
 
 
@@ -154,6 +168,9 @@ def main():
     for name, lat, lon, heading, distance, height, needed, sun, elevation in PLACES.get(body, []):
         if planet.query([(lat, lon)])[0][1] <= needed:
             views.append(planet.look_at(name, lat, lon, heading, distance, height, sun, elevation))
+    for name, place, needed, *eye, look in GALLERY.get(body, []):
+        if planet.query([place])[0][1] <= needed:
+            views.append(View(name, *eye, look=tuple(look)))
     print("\n".join(view.options() for view in views))
 
     goal = views[-1]
