@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <system_error>
 
 #include "carat/globe/error.hpp"
 
@@ -88,7 +89,8 @@ std::array<int, 2> parse_picture_size(const std::string& text) {
 }
 
 std::vector<std::string> parse_files(const std::string& text) {
-    if (std::filesystem::exists(text)) return {text};
+    std::error_code too_long;  // for a name: then it is a list
+    if (std::filesystem::exists(text, too_long)) return {text};
     const std::vector<std::string> parts = split(text, ',');
     for (const std::string& part : parts)
         if (part.empty()) refuse(text, "a list of files separated by commas");

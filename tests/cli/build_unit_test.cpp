@@ -56,6 +56,13 @@ TEST_F(Build, QuietPrintsNothing) {
     EXPECT_EQ(r.out + r.err, "");
 }
 
+TEST_F(Build, AListOfFilesMayBeLongerThanAName) {
+    std::string list = "low.tif";
+    for (int k = 0; k < 40; ++k) list += ",low.tif";
+    const Outcome r = carat("build --dry-run --json --layer " + list + " --tolerance 2 -o a.carat");
+    EXPECT_EQ(r.exit, 0) << r.err;
+}
+
 TEST_F(Build, DryRunWritesNothing) {
     const Outcome r = carat("build --dry-run --json --layer hills.tif --tolerance 2 -o a.carat");
     ASSERT_EQ(r.exit, 0) << r.err;
