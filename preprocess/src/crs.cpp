@@ -93,6 +93,7 @@ class EarthCrs final : public Crs {
         proj_.apply(PJ_FWD, x, y);
     }
     void inverse(std::span<double> x, std::span<double> y) const override { proj_.apply(PJ_INV, x, y); }
+    bool is_costly() const override { return true; }
 
   private:
     Transformation proj_;
@@ -130,6 +131,8 @@ class BodyCrs final : public Crs {
             y[i] = scaled(y[i] * unit_, 1 / ratio_);
         }
     }
+
+    bool is_costly() const override { return proj_ != nullptr; }
 
   private:
     // The latitude whose tangent is `ratio` times that of the given one.

@@ -39,6 +39,8 @@ class Crs {
     virtual void inverse(std::span<double> x, std::span<double> y) const = 0;
     // True if forward() is the identity (x = lon, y = lat).
     virtual bool is_plain() const { return false; }
+    // True if forward() is PROJ's work.
+    virtual bool is_costly() const { return false; }
     // A full turn of longitude in the CRS's units if it is geographic, else 0.
     double turn() const { return turn_; }
     // PROJ's name of the datum transformation; "" if none was needed.

@@ -41,6 +41,11 @@ Frame::Frame(std::shared_ptr<const Crs> crs, const std::array<double, 6>& transf
       width_(width),
       height_(height),
       axis_aligned_(transform[2] == 0 && transform[4] == 0) {
+    find_wrap();
+    if (crs_->is_costly()) find_cells();
+}
+
+void Frame::find_wrap() {
     const double turn = crs_->turn();
     if (turn == 0) return;
     const auto w = static_cast<double>(width_), h = static_cast<double>(height_);
@@ -50,6 +55,48 @@ Frame::Frame(std::shared_ptr<const Crs> crs, const std::array<double, 6>& transf
     if (!axis_aligned_) return;
     find_period();
     if (period_ > 0) find_poles();
+}
+
+void Frame::find_cells() {
+    const double u = static_cast<double>(width_) / 2, v = static_cast<double>(height_) / 2;
+    const std::optional<Vec3> middle = normal(u, v), right = normal(u + 1, v), below = normal(u, v + 1);
+    if (!middle || !right || !below) return;
+    double lat = 0, lon = 0;
+    to_degrees({&*middle, 1}, {&lat, 1}, {&lon, 1});
+    const double pixel = std::min(distance(*middle, *right), distance(*middle, *below));
+    cells_ = PixelCells(lat, lon, pixel * 180 / std::numbers::pi, box(lon),
+                        [this](auto... spans) { to_unbounded_pixels(spans...); });
+}
+
+// From a net of places, with its widest mesh as margin; everything where the raster comes near a pole or goes
+// round, or the CRS lacks a place.
+DegreeBox Frame::box(double middle) const {
+    constexpr int kNet = 16;
+    constexpr double kNearPole = 88, kRound = 300;
+    std::array<std::array<double, 2>, (kNet + 1) * (kNet + 1)> net{};  // latitude, longitude from the middle
+    DegreeBox out{middle, 180, 90, -180, -90};
+    double mesh_lat = 0, mesh_lon = 0;
+    for (std::size_t k = 0; k < net.size(); ++k) {
+        const auto n = normal(static_cast<double>(width_) * static_cast<double>(k % (kNet + 1)) / kNet,
+                              static_cast<double>(height_) * static_cast<double>(k / (kNet + 1)) / kNet);
+        if (!n) return {};
+        auto& [lat, lon] = net[k];
+        to_degrees({&*n, 1}, {&lat, 1}, {&lon, 1});
+        lon = std::remainder(lon - middle, 360);
+        out = {middle, std::min(out.west, lon), std::min(out.south, lat), std::max(out.east, lon),
+               std::max(out.north, lat)};
+        const auto compare = [&](std::size_t other) {
+            mesh_lat = std::max(mesh_lat, std::abs(lat - net[other][0]));
+            mesh_lon = std::max(mesh_lon, std::abs(lon - net[other][1]));
+        };
+        if (k % (kNet + 1) > 0) compare(k - 1);
+        if (k > kNet) compare(k - kNet - 1);
+    }
+    out = {middle, out.west - mesh_lon, out.south - mesh_lat, out.east + mesh_lon, out.north + mesh_lat};
+    if (std::max(out.north, -out.south) > kNearPole || out.east - out.west > kRound || out.east > 180 ||
+        out.west < -180)
+        return {};
+    return out;
 }
 
 void Frame::find_period() {
@@ -102,7 +149,10 @@ void Frame::to_unbounded_pixels(std::span<const double> lat, std::span<const dou
 
 void Frame::to_pixels(std::span<const double> lat, std::span<const double> lon, std::span<double> u,
                       std::span<double> v) const {
-    to_unbounded_pixels(lat, lon, u, v);
+    if (cells_)
+        cells_->map(lat, lon, u, v, [this](auto... spans) { to_unbounded_pixels(spans...); });
+    else
+        to_unbounded_pixels(lat, lon, u, v);
     const auto w = static_cast<double>(width_), h = static_cast<double>(height_);
     const double left = period_ > 0 ? -1 : -kSlack, right = period_ > 0 ? w + 1 : w + kSlack;
     const double low = top_.reached ? -kPoleSlack : -kSlack;

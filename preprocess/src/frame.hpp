@@ -12,6 +12,7 @@
 
 #include "carat/globe/ellipsoid.hpp"
 #include "crs.hpp"
+#include "pixel_cells.hpp"
 
 namespace carat {
 
@@ -42,10 +43,11 @@ class Frame {
     const Crs& crs() const { return *crs_; }
     const std::array<double, 6>& transform() const { return transform_; }
 
-    // Pixel coordinates of places in degrees; u = NaN outside the raster.
+    // Pixel coordinates of places in degrees; u = NaN outside the raster. Where that is PROJ's work they are
+    // interpolated, at most PixelCells::kBound pixels off.
     void to_pixels(std::span<const double> lat, std::span<const double> lon, std::span<double> u,
                    std::span<double> v) const;
-    // The same, but not cut to the raster. May be non-finite.
+    // The same, exact and not cut to the raster. May be non-finite.
     void to_unbounded_pixels(std::span<const double> lat, std::span<const double> lon, std::span<double> u,
                              std::span<double> v) const;
     std::optional<Vec3> normal(double u, double v) const;
@@ -55,6 +57,9 @@ class Frame {
     std::optional<double> spacing(const Ellipsoid& body, double u, double v) const;
 
   private:
+    void find_wrap();
+    void find_cells();
+    DegreeBox box(double middle) const;
     void find_period();
     void find_poles();
 
@@ -64,6 +69,7 @@ class Frame {
     bool axis_aligned_;
     double west_ = 0;  // longitudes are brought into [west_, west_ + turn)
     PoleEnd top_, bottom_;
+    std::optional<PixelCells> cells_;  // where PROJ is asked
 };
 
 // Latitude and longitude in degrees of unit normals: one formula for every caller, exact at the poles.

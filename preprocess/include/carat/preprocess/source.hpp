@@ -2,8 +2,9 @@
 //
 //   place     a geodetic normal n of the body (globe: n-vector). Earth: geodetic latitude and longitude of
 //             WGS 84; rasters on another datum go through PROJ. Other bodies: a raster's own geodetic
-//             latitude and longitude are the body's (see LatitudeKind). A CRS of another body (semi-axis off
-//             by more than 1 %) is an Error(usage).
+//             latitude and longitude are the body's (see LatitudeKind). Where PROJ is asked, pixel
+//             coordinates are interpolated between its own, at most 0.001 pixels off (PixelCells). A CRS of
+//             another body (semi-axis off by more than 1 %) is an Error(usage).
 //   samples   pixel-is-area: a sample lies at the centre of its pixel; a raster is valid to the outer edges
 //             of its outer pixels (and 1e-6 pixel of rounding), where the border samples go on outwards.
 //             Height = offset + scale * raw, in the band's unit (m, ft, US survey ft, km, cm; others are
