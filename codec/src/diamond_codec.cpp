@@ -16,6 +16,7 @@
 namespace carat {
 namespace {
 
+[[maybe_unused]] constexpr std::int32_t kGreatestRadius = 1 << 29;
 constexpr std::size_t kMostBytesToTryGamma = 128;
 constexpr std::size_t kGammaMayBeLonger = 110;  // percent of the range code
 
@@ -222,6 +223,7 @@ EncodedResiduals encode_residuals(const Coding& coding, Mode mode, std::span<con
                                   CodecScratch& s) {
     const int n = ref.n;
     assert(p.size() == static_cast<std::size_t>(n * n) && ref.v.size() == p.size());
+    assert(radius >= 0 && radius <= kGreatestRadius);
     resize(out, s, n);
     std::copy(p.begin(), p.end(), out.v.begin());
     EncodedResiduals e;
@@ -259,7 +261,7 @@ EncodedResiduals encode_residuals(const Coding& coding, Mode mode, std::span<con
 void decode_residuals(const Coding& coding, const BlobInfo& info, std::span<const std::byte> blob,
                       std::span<const std::int32_t> p, int n, std::int32_t radius, RefinedHeights& out,
                       CodecScratch& s) {
-    assert(p.size() == static_cast<std::size_t>(n * n));
+    assert(p.size() == static_cast<std::size_t>(n * n) && radius >= 0 && radius <= kGreatestRadius);
     resize(out, s, n);
     std::copy(p.begin(), p.end(), out.v.begin());
     const bool gamma = (coding.coder == CoderId::gamma || info.gamma) && !blob.empty(),

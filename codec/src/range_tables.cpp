@@ -40,6 +40,7 @@ const char* to_string(CoderId coder) { return coder == CoderId::gamma ? "gamma" 
 
 RangeStatistics::RangeStatistics() : counts_(std::size_t{kContexts} * kTokens) {}
 void RangeStatistics::add(std::size_t context, std::size_t token, std::uint64_t times) {
+    assert(context < kContexts && token < kTokens);
     counts_[context * kTokens + token] += times;
 }
 void RangeStatistics::merge(const RangeStatistics& other) {

@@ -25,6 +25,8 @@ inline constexpr int kOrders = 3;
 class RangeStatistics {
   public:
     RangeStatistics();
+    // 0 <= context < 128 (asserted only): 64 by activity, and 64 more in the second pass; 0 <= token < 64.
+    // docs/format.md, 8.4 and 8.6. Sums of `times` must stay below 2^64.
     void add(std::size_t context, std::size_t token, std::uint64_t times = 1);
     void merge(const RangeStatistics& other);
     std::span<const std::uint64_t> counts() const { return counts_; }  // context * 64 + token
@@ -44,7 +46,7 @@ class RangeTables {
     static std::shared_ptr<const RangeTables> parse(std::span<const std::byte> bytes);
     // Bits that the counted tokens take with these tables, signs and raw bits included.
     double bits(const RangeStatistics& statistics) const;
-    // docs/format.md, "Tables of the range coder".
+    // docs/format.md, 8.5, "Frequencies and slots".
     std::vector<std::byte> bytes() const;
 
     struct Model;  // src/range_model.hpp

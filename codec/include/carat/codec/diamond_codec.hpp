@@ -61,18 +61,24 @@ struct CodecScratch {
 // Encodes a refinement: p (n x n, reconstructed), reference V and C. Writes what a decoder will reconstruct
 // to `out`. Every value of out is within `radius` quanta of the reference, border V excepted, which are p's.
 // Of the orders that `coding` allows the one with the shortest code is taken.
+// n = 2^k + 1, 5 to 129; 0 <= radius <= 2^29; heights of p and reference within +-kGreatestHeight. Any other
+// height is coded too, but out is then within the radius modulo 2^32 only. Sizes are asserted only: in a
+// build without assertions wrong ones are undefined behaviour. `out` must be none of the inputs.
 EncodedResiduals encode_residuals(const Coding& coding, Mode mode, std::span<const std::int32_t> p,
                                   const RefinedHeights& reference, std::int32_t radius, RefinedHeights& out,
                                   CodecScratch& scratch);
 
 // Decodes; an empty blob means all residuals zero. Throws Error(corrupt|truncated) for bytes no encoder
-// makes.
+// makes; `out` is then unspecified. The blob and the heights of p may be anything; n = 2^k + 1, 5 to 129,
+// p.size() = n * n and 0 <= radius <= 2^29 are the caller's promise, asserted only: in a build without
+// assertions anything else is undefined behaviour. p must not lie in `out`.
 void decode_residuals(const Coding& coding, const BlobInfo& info, std::span<const std::byte> blob,
                       std::span<const std::int32_t> p, int n, std::int32_t radius, RefinedHeights& out,
                       CodecScratch& scratch);
 
 // Analysis of mode 1 and 2, fine to coarse: the reference P of a diamond from its reference V and C.
-// Interior: (V + pred(C)) / 2 rounded half up, held within +-kGreatestHeight; border: V.
+// Interior: (V + pred(C)) / 2 rounded half up, held within +-kGreatestHeight; border: V. p.size() = n * n
+// (asserted only), p apart from the reference. Allocates nothing.
 void filter_vertices(const RefinedHeights& reference, std::span<std::int32_t> p);
 
 }  // namespace carat

@@ -72,7 +72,9 @@ class Repository {
     // Vertex heights of a face diamond; both halves.
     virtual Heights root(int face) const = 0;
     // Decodes V and C of a refined diamond from its P. Integer arithmetic only: the same bits everywhere.
-    // Precondition: refined(d), p has both halves.
+    // Precondition: p has both halves and n() * n() values (asserted only: without assertions fewer are
+    // undefined behaviour). Throws Error(usage) if the file does not refine d, Error(corrupt|truncated|io) as
+    // damage has it; `out` is then unspecified.
     virtual void refine(DiamondId d, const Heights& p, RefinedHeights& out) const = 0;
 };
 
