@@ -1,4 +1,4 @@
-# carat_test(name SOURCES files ... LINK libraries ... [TIMEOUT seconds of each TEST, default 600])
+# carat_test(name SOURCES files ... LINK libraries ... [LABELS more ...] [TIMEOUT seconds of each TEST, default 600])
 #
 # One GoogleTest executable; every TEST in it is a ctest of its own, named <name>.<Suite>.<Test>, run in a process of its
 # own, and shown by ctest as skipped when it calls GTEST_SKIP(). The tests are asked for when ctest starts, so a
@@ -9,7 +9,7 @@
 include(GoogleTest)
 
 function(carat_test name)
-  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT T_TIMEOUT)
     set(T_TIMEOUT 600)
   endif()
@@ -20,6 +20,7 @@ function(carat_test name)
   target_compile_definitions(${name} PRIVATE CARAT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 
   carat_test_labels(labels ${T_SOURCES})
+  list(APPEND labels ${T_LABELS})
   foreach(label IN LISTS labels)
     if(NOT TARGET tests-${label})
       add_custom_target(tests-${label})
