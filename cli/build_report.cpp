@@ -137,6 +137,8 @@ void print_estimate(const BuildPlan& plan, const BuildEstimate& e) {
         plan.temporary_folder.string(), grouped(e.sampled));
 }
 
+double ratio(double a, double b) { return b > 0 ? a / b : 0; }
+
 void print_certification(const Certification& c) {
     if (c.reached())
         fmt::print(
@@ -188,6 +190,16 @@ void print_report(const BuildReport& r, const BuildOptions& options, bool json) 
     for (const auto& [stage, seconds] : r.stage_seconds)
         fmt::print(" {} {}", to_string(stage), duration(seconds));
     fmt::print("\n");
+    if (r.plan.estimate && !r.already_complete) {
+        const BuildEstimate& e = *r.plan.estimate;
+        fmt::print(
+            "expected {} of file, {} of time, at most {} of temporary files; came out {:.2f}, {:.2f} and "
+            "{:.2f} times that\n",
+            bytes_text(e.file_bytes), duration(e.seconds), bytes_text(r.plan.temporary_bytes),
+            ratio(static_cast<double>(r.file_bytes), static_cast<double>(e.file_bytes)),
+            ratio(r.seconds, e.seconds),
+            ratio(static_cast<double>(r.temporary_peak_bytes), static_cast<double>(r.plan.temporary_bytes)));
+    }
 }
 
 }  // namespace carat::cli

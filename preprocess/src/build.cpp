@@ -208,6 +208,16 @@ BuildReport timed(BuildReport report, const ProgressReporter& progress, Instant 
     throw Error(ErrorCode::usage, options.output.string() + ": exists already; --overwrite replaces it");
 }
 
+// With what has been done since `started`, which a build does too.
+BuildEstimate expected(const BuildOptions& options, const SourceStack& sources, const RefinedLevels& levels,
+                       const BuildPlan& plan, std::chrono::steady_clock::time_point started,
+                       std::size_t trials) {
+    const std::chrono::duration<double> before = std::chrono::steady_clock::now() - started;
+    BuildEstimate out = estimate_build(options, sources, levels, plan, trials);
+    out.seconds += before.count();
+    return out;
+}
+
 }  // namespace
 
 BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& callback) {
@@ -223,10 +233,7 @@ BuildPlan plan_build(const BuildOptions& options, const ProgressFunction& callba
     progress.begin(BuildStage::sampling, 0);
     BuildPlan plan = plan_of(options, sources, levels);
     const BuildOptions chosen = chosen_options(options, sources, levels);
-    // What this took so far a build takes too.
-    const std::chrono::duration<double> before = std::chrono::steady_clock::now() - started;
-    plan.estimate = estimate_build(chosen, sources, levels, plan);
-    plan.estimate->seconds += before.count();
+    plan.estimate = expected(chosen, sources, levels, plan, started, kMostTrials);
     return plan;
 }
 
@@ -246,7 +253,7 @@ BuildReport build_repository(const BuildOptions& options, const ProgressFunction
     RefinedLevels levels = plan_depth(options, sources, progress);
     std::optional<Certification> certification;
     if (options.certify) certification = certify_depth(options, sources, levels, progress);
-    const BuildPlan plan = plan_of(options, sources, levels);
+    BuildPlan plan = plan_of(options, sources, levels);
     if (exists) {
         std::optional<BuildReport> report = finished_before(options, plan, certification);
         if (!report) refuse_to_replace(options);
@@ -255,6 +262,8 @@ BuildReport build_repository(const BuildOptions& options, const ProgressFunction
     check_diamonds(plan.refined, memory);
     if (planned) planned(plan);
     BuildOptions chosen = chosen_options(options, sources, levels);
+    if (!options.resume)
+        plan.estimate = expected(chosen, sources, levels, plan, started, trials_before_build(plan));
     chosen.tolerance = tolerance_in_workspace(options).value_or(chosen.tolerance);
     for (;;) try {
             return timed(build_in_workspace(chosen, sources, levels, progress, plan, certification, memory),

@@ -4,8 +4,8 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 
 #include "build_passes.hpp"
 #include "build_trial.hpp"
@@ -15,15 +15,28 @@
 namespace carat {
 namespace {
 
-constexpr std::size_t kSampled = 192;      // diamonds
 constexpr std::uint64_t kIndexBytes = 10;  // of a diamond in a page besides its residuals, directory included
 // Of a build's time once it is planned, by what the samples show, measured (docs/benchmarks.md): summaries,
 // temporary files and writing in units of coding; sources read once, and compared once, samples a second and
-// thread.
-constexpr double kBesidesCoding = 2.2, kReadRate = 60e6, kMeasureRate = 9e6;
+// thread; PROJ asked for the place of a sample of a projected layer, which comparing does, seconds.
+constexpr double kBesidesCoding = 2.2, kReadRate = 60e6, kMeasureRate = 9e6, kInverse = 1.1e-6;
 
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+// Processor time of this thread, so that other programs do not count.
+double thread_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+double measuring_seconds(const BuildPlan& plan) {
+    double seconds = 0;
+    for (const LayerInfo& layer : plan.layers) {
+        const bool projected = std::any_of(layer.files.begin(), layer.files.end(),
+                                           [](const FileInfo& f) { return !f.transformation.empty(); });
+        seconds += static_cast<double>(layer.valid_samples) * (1 / kMeasureRate + (projected ? kInverse : 0));
+    }
+    return seconds;
+}
 
 std::size_t root_bytes(const BuildOptions& options, const SourceStack& sources) {
     const double quantum = options.quantum.value_or(default_quantum(options.tolerance));
@@ -42,10 +55,14 @@ std::uint64_t leaf_halves(const RefinedLevels& levels) {
 
 }  // namespace
 
+std::size_t trials_before_build(const BuildPlan& plan) {
+    return std::clamp<std::size_t>(plan.refined / 48, 16, kMostTrials);
+}
+
 BuildEstimate estimate_build(const BuildOptions& options, const SourceStack& sources,
-                             const RefinedLevels& levels, const BuildPlan& plan) {
+                             const RefinedLevels& levels, const BuildPlan& plan, std::size_t trials) {
     BuildEstimate out;
-    const std::vector<DiamondId> some = spread_diamonds(levels, kSampled);
+    const std::vector<DiamondId> some = spread_diamonds(levels, trials);
     out.sampled = some.size();
     struct Cost {
         std::size_t bytes = 0;
@@ -57,12 +74,12 @@ BuildEstimate estimate_build(const BuildOptions& options, const SourceStack& sou
     tbb::parallel_for(std::size_t{0}, out.sampled, [&](std::size_t k) {
         const auto trial = std::make_unique<Trial>(options, sources);
         trial->take(some[k]);  // brings the sources into memory
-        auto start = Clock::now();
+        double start = thread_seconds();
         trial->take(some[k]);
-        costs[k].sampling = seconds_since(start) / 4;
-        start = Clock::now();
+        costs[k].sampling = (thread_seconds() - start) / 4;
+        start = thread_seconds();
         costs[k].bytes = trial->code(options.coding, radius, nullptr).bytes;
-        costs[k].coding = seconds_since(start);
+        costs[k].coding = thread_seconds() - start;
     });
     Cost sum;
     for (const Cost& c : costs) {
@@ -79,7 +96,7 @@ BuildEstimate estimate_build(const BuildOptions& options, const SourceStack& sou
                      kIndexBytes * plan.refined + root_bytes(options, sources) + header;
     const double work = static_cast<double>(leaf_halves(levels)) * scale * sum.sampling +
                         diamonds * scale * sum.coding * kBesidesCoding + samples / kReadRate +
-                        (options.measures() ? samples / kMeasureRate : 0);
+                        (options.measures() ? measuring_seconds(plan) : 0);
     out.seconds = work / std::max(1, tbb::this_task_arena::max_concurrency());
     return out;
 }

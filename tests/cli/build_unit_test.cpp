@@ -33,6 +33,7 @@ TEST_F(Build, ReportsAsTextOnStdout) {
     ASSERT_EQ(r.exit, 0) << r.err;
     EXPECT_TRUE(contains(r.out, "hills.tif"));
     EXPECT_TRUE(contains(r.out, "tolerance 2 m"));
+    EXPECT_TRUE(contains(r.out, "expected ") && contains(r.out, "came out")) << r.out;
     EXPECT_TRUE(fs::exists(path("a.carat")));
 }
 
@@ -74,6 +75,9 @@ TEST_F(Build, DryRunWritesNothing) {
     const double bytes = plan.at("estimate").at("file_bytes");
     EXPECT_NEAR(bytes, report.at("file_bytes").get<double>(), 0.25 * bytes);
     EXPECT_GT(plan.at("estimate").at("seconds").get<double>(), 0);
+    const double before_build = report.at("estimate").at("file_bytes");
+    EXPECT_NEAR(before_build, report.at("file_bytes").get<double>(), 0.25 * before_build);
+    EXPECT_LT(report.at("estimate").at("sampled_diamonds"), plan.at("estimate").at("sampled_diamonds"));
     EXPECT_TRUE(
         contains(carat("build --dry-run --layer hills.tif --tolerance 2 -o b.carat").out, "expected about"));
 }

@@ -89,14 +89,15 @@ struct LayerShare {
 struct BuildEstimate {
     std::size_t sampled = 0;  // diamonds
     std::uint64_t file_bytes = 0;
-    double seconds = 0;  // on this machine, the comparison with source samples included if it is asked for
+    // On this machine if nothing else runs, the comparison with source samples included if it is asked for.
+    double seconds = 0;
 };
 
 // What a build will do or has done.
 struct BuildPlan {
     std::vector<LayerInfo> layers;
     std::vector<LayerShare> shares;         // of each layer, last of the base height; empty before the build
-    std::optional<BuildEstimate> estimate;  // by plan_build() alone
+    std::optional<BuildEstimate> estimate;  // not if a build is resumed
     std::vector<std::string> warnings;
     std::vector<std::uint64_t> refined_by_level;
     std::uint64_t refined = 0;
