@@ -22,10 +22,13 @@ std::array<double, 4> bounds(const std::string& text) {
     return {v[0], v[1], v[2], v[3]};
 }
 
-double feather(const std::string& text) {
-    const double value = parse_number(text);
-    if (!(value >= 0)) throw CLI::ValidationError("\"" + text + "\" is negative");
-    return value;
+// METRES at holes and edges, or METRES,METRES.
+void set_feather(LayerOptions& layer, const std::string& text) {
+    const std::vector<double> v = parse_numbers(text, text.find(',') == std::string::npos ? 1 : 2);
+    for (const double value : v)
+        if (!(value >= 0)) throw CLI::ValidationError("\"" + text + "\" is negative");
+    layer.feather = v[0];
+    layer.feather_edges = v.size() > 1 ? std::optional(v[1]) : std::nullopt;
 }
 
 int band(const std::string& text) {
@@ -56,7 +59,7 @@ const std::map<std::string, Apply>& appliers() {
         {"--valid-range", [](LayerOptions& l, const std::string& v) { l.valid_range = valid_range(v); }},
         {"--nodata", [](LayerOptions& l, const std::string& v) { l.nodata = nodata(v); }},
         {"--bounds", [](LayerOptions& l, const std::string& v) { l.bounds = bounds(v); }},
-        {"--feather", [](LayerOptions& l, const std::string& v) { l.feather = feather(v); }},
+        {"--feather", set_feather},
         {"--resampling", [](LayerOptions& l, const std::string& v) { l.resampling = parse_resampling(v); }},
         {"--band", [](LayerOptions& l, const std::string& v) { l.band = band(v); }},
         {"--latitude", [](LayerOptions& l, const std::string& v) { l.latitude = latitude(v); }},
@@ -99,10 +102,9 @@ void LayerArguments::add_options(CLI::App& app, const char* group) {
     add(app, "--valid-range", "A,B", "Heights outside are holes, metres", group);
     add(app, "--nodata", "V", "This raw value is a hole", group);
     add(app, "--bounds", "W,S,E,N", "Degrees, outer edges; for files without a georeference", group);
-    add(app, "--feather", "METRES",
-        "Width over which the layer fades into those below (default: 4 of its samples at holes, 16 at its "
-        "edges; "
-        "0: a step)",
+    add(app, "--feather", "METRES[,METRES]",
+        "Width over which the layer fades into those below, at holes and at outer edges (default: 4 samples "
+        "and a sixteenth of the raster, 16 to 64 samples; one number: both; 0: a step)",
         group);
     add(app, "--resampling", "KIND", "nearest, bilinear (default) or cubic", group);
     add(app, "--band", "N", "Band of the rasters (default 1)", group);

@@ -55,6 +55,7 @@ Json layer_inputs(const LayerOptions& o, const LayerInfo& info) {
     if (o.valid_range) out["valid_range"] = *o.valid_range;
     if (o.bounds) out["bounds"] = *o.bounds;
     if (o.feather) out["feather"] = *o.feather;
+    if (o.feather_edges) out["feather_edges"] = *o.feather_edges;
     if (!o.geoid.empty()) out["geoid"] = hexadecimal(content_hash({o.geoid}).hash);
     return out;
 }

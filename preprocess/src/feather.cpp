@@ -168,8 +168,7 @@ double Grid::from_edges(double u, double v) const {
 }
 
 bool Grid::fades(const PixelWindow& window) const {
-    if (feather_.holes == 0) return false;
-    if (!distances_at(window.x, window.y)->samples.empty()) return true;
+    if (feather_.holes > 0 && !distances_at(window.x, window.y)->samples.empty()) return true;
     const auto x = static_cast<double>(window.x), y = static_cast<double>(window.y);
     return std::min(from_edges(x, y), from_edges(x + window.width, y + window.height)) < feather_.edges;
 }
@@ -177,15 +176,15 @@ bool Grid::fades(const PixelWindow& window) const {
 void Grid::weigh(std::span<const double> lat, std::span<const double> lon,
                  std::span<const std::uint8_t> valid, std::span<double> weights) const {
     std::fill(weights.begin(), weights.end(), 1.0);
-    if (feather_.holes == 0) return;
+    if (feather_.holes == 0 && feather_.edges == 0) return;
     std::array<double, kChunk> u, v;
     frame_.to_pixels(lat, lon, std::span(u).first(lat.size()), std::span(v).first(lat.size()));
     DistanceSampler distances(*this);
     for (std::size_t i = 0; i < lat.size(); ++i) {
         if (valid[i] == 0) continue;
-        const double t = std::clamp(
-            std::min(distances.at(u[i], v[i]) / feather_.holes, from_edges(u[i], v[i]) / feather_.edges), 0.0,
-            1.0);
+        const double of_holes = feather_.holes > 0 ? distances.at(u[i], v[i]) / feather_.holes : 1;
+        const double of_edges = feather_.edges > 0 ? from_edges(u[i], v[i]) / feather_.edges : 1;
+        const double t = std::clamp(std::min(of_holes, of_edges), 0.0, 1.0);
         weights[i] = t * t * (3 - 2 * t);
     }
 }

@@ -27,7 +27,7 @@ struct GridPart {
 // Over how many samples a grid fades into what lies below it; 0: not at all.
 struct Feather {
     double holes = 0;  // at holes and at the edges of files within the grid, 0 to Grid::kMaxFeather
-    double edges = 0;  // at the outer edges of the grid
+    double edges = 0;  // at the outer edges of the grid, any width
 };
 
 // Which samples of a region are there.

@@ -60,6 +60,7 @@ Json layer_json(const LayerInfo& info, const LayerOptions& options) {
         out["geoid_xxh3"] = content_hash({options.geoid}).hash;
     }
     if (options.feather) out["feather_m"] = *options.feather;
+    if (options.feather_edges) out["feather_edges_m"] = *options.feather_edges;
     if (options.band != 1) out["band"] = options.band;
     if (options.colour_component) out["colour_component"] = *options.colour_component;
     if (options.latitude != LatitudeKind::automatic) out["latitude"] = to_string(options.latitude);
@@ -81,6 +82,7 @@ RecordedLayer recorded_layer(const Json& j) {
     if (j.contains("geoid")) o.geoid = j["geoid"].get<std::string>();
     if (j.contains("geoid_xxh3")) out.geoid_hash = j["geoid_xxh3"].get<std::uint64_t>();
     if (j.contains("feather_m")) o.feather = j["feather_m"].get<double>();
+    if (j.contains("feather_edges_m")) o.feather_edges = j["feather_edges_m"].get<double>();
     o.band = j.value("band", 1);
     if (j.contains("colour_component")) o.colour_component = j["colour_component"].get<int>();
     o.latitude = parse_latitude(j.value("latitude", "automatic"));

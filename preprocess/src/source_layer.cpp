@@ -30,17 +30,27 @@ std::vector<std::unique_ptr<RasterFile>> open_files(const LayerOptions& options,
 // The feather of a grid in samples.
 Feather feather_samples(const LayerOptions& options, const Frame& frame, const Ellipsoid& body,
                         const std::string& path, std::vector<std::string>& warnings) {
-    constexpr Feather kDefault{4, 16};
-    if (!options.feather) return kDefault;
-    if (!(*options.feather >= 0)) throw Error(ErrorCode::usage, path + ": the feather is negative");
+    constexpr double kHoles = 4, kLeastEdges = 16, kShareOfSide = 1.0 / 16, kMostOfSide = 1.0 / 4;
+    const auto side = static_cast<double>(std::min(frame.width(), frame.height()));
     const double spacing =
         frame.spacing(body, static_cast<double>(frame.width()) / 2, static_cast<double>(frame.height()) / 2)
             .value_or(kInfinity);
-    const double samples = *options.feather / spacing;
-    if (samples <= Grid::kMaxFeather) return {samples, samples};
-    warnings.push_back(path + ": the feather of " + std::to_string(*options.feather) + " m is cut to " +
-                       std::to_string(Grid::kMaxFeather * spacing) + " m, 64 samples");
-    return {Grid::kMaxFeather, Grid::kMaxFeather};
+    const auto given = [&](double metres, double most, const char* where) {
+        if (!(metres >= 0)) throw Error(ErrorCode::usage, path + ": the feather is negative");
+        if (metres / spacing <= most) return metres / spacing;
+        warnings.push_back(path + ": the feather of " + std::to_string(metres) + " m at " + where +
+                           " is cut to " + std::to_string(most * spacing) + " m, " + std::to_string(most) +
+                           " samples");
+        return most;
+    };
+    Feather out{kHoles, std::clamp(kShareOfSide * side, kLeastEdges, Grid::kMaxFeather)};
+    if (options.feather) {
+        out.holes = given(*options.feather, Grid::kMaxFeather, "holes");
+        out.edges = out.holes;
+    }
+    if (options.feather_edges)
+        out.edges = given(*options.feather_edges, std::max(1.0, kMostOfSide * side), "edges");
+    return out;
 }
 
 FileInfo describe(const PlacedFile& placed, const Ellipsoid& body) {

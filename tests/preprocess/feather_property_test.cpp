@@ -49,6 +49,37 @@ TEST(Feather, WeightAtAStraightBorder) {
     }
 }
 
+// Outer edges alone: the default of a larger raster, and a width of their own, wider than holes may have.
+TEST(Feather, EdgesHaveTheirOwnWidth) {
+    const Folder folder;
+    LayerOptions top = layer_of(write_raster(folder.file("t.tif"), fine(800), [](double u, double v) {
+        return static_cast<int>(u) == 400 && static_cast<int>(v) == 400 ? kNaN : 1000.0;
+    }));
+    const LayerOptions below = world(folder, 0);
+    const double spacing = stack_of({top}).layers()[0].spacing;
+    const auto expect = [&](double edges, double holes) {
+        const SourceStack stack = stack_of({top, below});
+        EXPECT_TRUE(stack.warnings().empty());
+        for (double u = 0.5; u < 200; u += 3.7)
+            ASSERT_NEAR(stack.sample(pixel(u, 200)).weight, smoothstep(u / edges), 1e-9) << u;
+        for (int d = 0; d < 8; ++d)  // corners of pixels in the row of the hole
+            ASSERT_NEAR(stack.sample(pixel(401 + d, 400)).weight, holes == 0 ? 1 : smoothstep(d / holes),
+                        1e-6)
+                << d;
+    };
+    top.feather = std::nullopt;
+    expect(50, 4);
+    top.feather_edges = 100 * spacing;
+    expect(100, 4);
+    top.feather = 0;
+    expect(100, 0);
+    top.feather = 6 * spacing;
+    top.feather_edges = std::nullopt;
+    expect(6, 6);
+    top.feather_edges = 201 * spacing;
+    EXPECT_EQ(stack_of({top, below}).warnings().size(), 1u) << "a quarter of the side is the most";
+}
+
 // Against a brute-force distance at samples, with random holes, over tile borders.
 TEST(Feather, DistanceToTheNearestHole) {
     const Folder folder;

@@ -39,9 +39,11 @@ struct LayerOptions {
     std::string geoid = {};
     Resampling resampling = Resampling::bilinear;
     // Width in metres over which the layer fades into the layers below at its holes and borders (source.hpp);
-    // 0: not at all; by default four samples at holes, sixteen at outer edges. At most 64 samples, else cut
-    // to that with a warning.
+    // 0: not at all; by default four samples. At most 64 samples, else cut to that with a warning.
     std::optional<double> feather = std::nullopt;
+    // The same at outer edges alone; by default `feather` if that is given, else a sixteenth of the raster's
+    // shorter side, 16 to 64 samples. At most a quarter of the shorter side, else cut to that with a warning.
+    std::optional<double> feather_edges = std::nullopt;
     int band = 1;  // counted from 1
     LatitudeKind latitude = LatitudeKind::automatic;
     // The values are one component of a colour instead of a band: 0 Y, 1 Co, 2 Cg of YCoCg-R of the 8-bit

@@ -25,10 +25,10 @@
 //             height, which is in the datum of the last layer (its geoid, if any, is added).
 //   feather   where a layer has a height, its weight is smoothstep(min(D / F, E / G)). D is the distance in
 //             samples to the nearest pixel that is a hole or outside the raster: exact at corners of pixels,
-//             between them bilinear; E that to the outer edges of the raster (or of the common grid). F = 4
-//             and G = 16 samples by default: holes stay small, and borders above a much coarser layer are no
-//             cliffs. A feather that is given sets both. Weights w1, w2, ... of the layers that
-//             have a height blend to (w1 h1 + (1-w1) w2 h2 + (1-w1)(1-w2) w3 h3 + ...) / (sum of the
+//             between them bilinear; E that to the outer edges of the raster (or of the common grid). By
+//             default F = 4 samples and G a sixteenth of the shorter side, 16 to 64 samples: holes stay
+//             small, and borders above a much coarser layer are no cliffs. Weights w1, w2, ... of the layers
+//             that have a height blend to (w1 h1 + (1-w1) w2 h2 + (1-w1)(1-w2) w3 h3 + ...) / (sum of the
 //             coefficients): no step where a layer ends above another, no change where nothing lies below
 //             (the base height is never blended in). Rasters of a layer without a common grid blend alike.
 //   spacing   max(sqrt(dx dy), max(dx, dy) / 2) metres: a polar row of 7 m by 9 km is not a 7 m source.
