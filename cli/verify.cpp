@@ -63,6 +63,11 @@ Examples:
   carat verify earth.carat --against alps.tif --against world.tif
   carat verify --json earth.carat | jq .ok)";
 
+void print_promise(const RepositoryHeader& h) {
+    fmt::print("guaranteed at the file's own samples: {} m\n", number(h.tolerance));
+    if (h.rms_tolerance > 0) fmt::print("guaranteed root mean square there: {} m\n", number(h.rms_tolerance));
+}
+
 void print_text(const Options& o, const VerifyReport& r) {
     for (const std::string& remark : r.remarks) fmt::print("remark: {}\n", remark);
     for (const std::string& damage : r.damage) fmt::print("{}\n", damage);
@@ -79,17 +84,14 @@ void print_text(const Options& o, const VerifyReport& r) {
         "equal ({})\n",
         o.file, grouped(r.census.file_bytes), grouped(r.census.pages), grouped(r.decoded), grouped(r.heights),
         grouped(r.shared_heights), duration(r.seconds));
+    if (r.zero_skipped > 0)
+        fmt::print("{} diamonds without residuals were not decoded: of each page of such, {} were\n",
+                   grouped(r.zero_skipped), grouped(VerifyOptions{}.zero_page_limit));
+    print_promise(Repository::open(o.file)->header());
 }
 
-void print_promise(const RepositoryHeader& h) {
-    fmt::print("guaranteed at the file's own samples: {} m\n", number(h.tolerance));
-    if (h.rms_tolerance > 0) fmt::print("guaranteed root mean square there: {} m\n", number(h.rms_tolerance));
-}
-
-void print_text(const Options& o, const VerifyReport& r, const Comparison& c) {
+void print_text(const VerifyReport& r, const Comparison& c) {
     for (const std::string& remark : c.remarks) fmt::print("remark: {}\n", remark);
-    const std::shared_ptr<const Repository> file = Repository::open(o.file);
-    print_promise(file->header());
     print_errors(c.errors, 5);
     if (c.certificate)
         fmt::print("certificate: every compared source sample within {} m: {}\n", number(*c.certificate),
@@ -110,13 +112,16 @@ void print_json(const Options& o, const VerifyReport& r, const std::optional<Com
                  {"diamonds", r.census.refined},
                  {"decoded", r.decoded},
                  {"unreachable", r.unreachable},
+                 {"zero_not_decoded", r.zero_skipped},
                  {"heights_checked", r.heights},
                  {"shared_heights_checked", r.shared_heights},
                  {"seconds", r.seconds}};
-    if (c) {
+    if (r.ok()) {
         const RepositoryHeader h = Repository::open(o.file)->header();
         json["guaranteed_at_lattice_m"] = h.tolerance;
         json["guaranteed_rms_at_lattice_m"] = h.rms_tolerance > 0 ? Json(h.rms_tolerance) : Json(nullptr);
+    }
+    if (c) {
         json["source_errors"] = errors_json(c->errors);
         if (c->certificate) json["certificate"] = {{"bound_m", *c->certificate}, {"confirmed", c->holds()}};
         json["source_remarks"] = c->remarks;
@@ -181,7 +186,7 @@ int run(const Options& o, bool against, const Globals& globals) {
         print_json(o, report, comparison);
     else
         print_text(o, report);
-    if (!o.json && comparison) print_text(o, report, *comparison);
+    if (!o.json && comparison) print_text(report, *comparison);
     return report.ok() && (!comparison || comparison->holds()) ? kSuccess : kFailure;
 }
 

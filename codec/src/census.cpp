@@ -140,22 +140,25 @@ std::uint64_t nested_diamonds(PageKey key, int level) {
     return 2 * w * (w - 1) + w * own_sides;
 }
 
-void visit_zero_diamonds(PageKey key, int end_level, const std::function<void(DiamondId)>& visit) {
+bool visit_zero_diamonds(PageKey key, int end_level, const std::function<bool(DiamondId)>& visit) {
     const DiamondId square = *page_square(key);
     const int levels = std::min(kBandLevels, end_level - square.level());
     for (int slot = 0; slot < first_slot(levels); ++slot) {
         const DiamondId d = slot_diamond(square, slot);
-        if (page_slot(d).key == key) visit(d);
+        if (page_slot(d).key == key && !visit(d)) return false;
     }
-    if (end_level <= square.level() + kBandLevels) return;
+    if (end_level <= square.level() + kBandLevels) return true;
     const int level = square.level() + kBandLevels;
     const std::int64_t h = half_size(level);
     const LatticeVector u = axis_vector(face_u_axis(square.face()), h),
                         v = axis_vector(face_v_axis(square.face()), h);
     for (std::int64_t y = -7; y <= 7; y += 2)
         for (std::int64_t x = -7; x <= 7; x += 2)
-            visit_zero_diamonds(page_key(DiamondId::of_centre(narrow(wide(square.centre()) + x * u + y * v))),
-                                end_level, visit);
+            if (!visit_zero_diamonds(
+                    page_key(DiamondId::of_centre(narrow(wide(square.centre()) + x * u + y * v))), end_level,
+                    visit))
+                return false;
+    return true;
 }
 
 FileCensus take_census(const std::filesystem::path& file) { return take_census(*open_file(file)); }

@@ -40,7 +40,9 @@ void count(FileCensus& census, const PartEntry& entry, const PagePart& part);
 // Diamonds of a level, 0 <= level - square level, whose page is the given one or nested in it.
 std::uint64_t nested_diamonds(PageKey key, int level);
 
-// Calls visit for each diamond that a zero page refines, nested pages after their own.
-void visit_zero_diamonds(PageKey key, int end_level, const std::function<void(DiamondId)>& visit);
+// Calls visit for each diamond that a zero page refines, nested pages after their own, until it returns
+// false; returns whether all were visited. A page of a few bytes can refine 2^50: whoever asks for all needs
+// a bound.
+bool visit_zero_diamonds(PageKey key, int end_level, const std::function<bool(DiamondId)>& visit);
 
 }  // namespace carat

@@ -50,6 +50,7 @@ struct FileContents::State {
         visit_zero_diamonds(e.key, zero.end_level, [&](DiamondId d) {
             const SummaryValues s{zero.min, zero.max, zero.delta[static_cast<std::size_t>(d.level() - top)]};
             add({{d, {}, 0, {s, s}}, 0, zero_pages});
+            return true;  // add() ends it
         });
         ++zero_pages;
     }

@@ -49,7 +49,8 @@ class LruCache {
 };
 
 std::size_t entries_for(std::size_t bytes, int n) {
-    const auto each = static_cast<std::size_t>(n * n + 2 * (n * n) / 2) * sizeof(std::int32_t) * 2;
+    constexpr std::size_t kNodes = 400;  // of lists, maps and vectors, for an entry of each cache
+    const auto each = static_cast<std::size_t>(n * n + 2 * (n * n) / 2) * sizeof(std::int32_t) * 2 + kNodes;
     return std::max<std::size_t>(64, bytes / each);
 }
 

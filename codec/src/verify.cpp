@@ -22,8 +22,10 @@ class Findings {
     explicit Findings(std::size_t limit) : limit_(limit) {}
 
     void add(const std::string& what) {
+        constexpr std::size_t kRemembered = 1u << 16;  // distinct damages; beyond, repetitions count too
         const std::lock_guard lock(mutex_);
-        if (!seen_.insert(what).second) return;
+        if (seen_.contains(what)) return;
+        if (seen_.size() < kRemembered) seen_.insert(what);
         ++count_;
         if (list_.size() < limit_) list_.push_back(what);
     }
@@ -254,13 +256,24 @@ class Decoding {
     void look_at(const PartEntry& e, DiamondCheck& check) {
         const PagePart part = structure_.part(e);
         const DiamondId square = *page_square(e.key);
+        std::uint64_t looked_at = 0;
         const auto one = [&](DiamondId d) {
-            if (stop_) return;
+            if (stop_) return false;
             check.check(d);
             tick();
+            ++looked_at;
+            return true;
         };
-        if (part.is_zero_page()) visit_zero_diamonds(e.key, part.zero().end_level, one);
-        for (const PageDiamond& d : part.diamonds()) one(slot_diamond(square, d.slot));
+        if (!part.is_zero_page()) {
+            for (const PageDiamond& d : part.diamonds()) one(slot_diamond(square, d.slot));
+            return;
+        }
+        visit_zero_diamonds(e.key, part.zero().end_level,
+                            [&](DiamondId d) { return looked_at < options_.zero_page_limit && one(d); });
+        FileCensus all;
+        count(all, e, part);
+        const std::lock_guard lock(mutex_);
+        report_.zero_skipped += all.refined - looked_at;
     }
     void tick() {
         constexpr std::uint64_t kEvery = 256;

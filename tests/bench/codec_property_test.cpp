@@ -89,6 +89,30 @@ TEST(Contestants, AllKeepTheBoundOnTilesAndWhole) {
     }
 }
 
+// The ends of int16 side by side: what is decoded must not wrap round.
+TEST(Contestants, TheEndsOfTheTypeAreKept) {
+    Raster r = hills(70, 70, true);
+    for (std::size_t k = 0; k < r.whole.size(); ++k)
+        r.whole[k] = (k * 7 + k / 70) % 3 == 0 ? INT16_MAX : INT16_MIN;
+    CodecBenchOptions options;
+    options.tolerances = {0.5, 16};
+    options.tile = 64;
+    options.repeats = 1;
+    for (const CodecRow& row : bench_codecs(r, options).rows)
+        EXPECT_TRUE(!row.failure.empty() || row.within)
+            << row.codec << " " << row.unit << ": " << row.errors.max << " at " << row.tolerance;
+}
+
+TEST(Contestants, HeightsThatDoNotFitAreRefused) {
+    Raster r = hills(40, 40, false);
+    r.real[77] = 1e30f;
+    CodecBenchOptions options;
+    options.codecs = {"carat", "pred2", "jxl"};
+    options.tolerances = {1};
+    options.repeats = 1;
+    for (const CodecRow& row : bench_codecs(r, options).rows) EXPECT_NE(row.failure, "") << row.codec;
+}
+
 TEST(Contestants, AnUnknownNameIsRefused) {
     CodecBenchOptions options;
     options.codecs = {"nosuch"};

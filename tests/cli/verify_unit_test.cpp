@@ -1,5 +1,6 @@
 // carat verify, and the library behind it: sound files pass, each kind of damage is found and named.
 #include "carat/codec/verify.hpp"
+#include "carat/globe/error.hpp"
 #include "mini_builder.hpp"
 #include "program.hpp"
 #include "rasters.hpp"
@@ -31,6 +32,45 @@ TEST_F(VerifyProgram, ASoundFileIsOk) {
     EXPECT_EQ(json.at("file_bytes"), fs::file_size(path("a.carat")));
     EXPECT_EQ(json.at("decoded"), json.at("diamonds"));
     EXPECT_GT(json.at("shared_heights_checked"), 0);
+}
+
+TEST_F(VerifyProgram, ItSaysWhatTheFilePromises) {
+    write_raster(path("hills.tif"), hills());
+    ASSERT_EQ(carat("build -q --layer hills.tif --tolerance 2 -o a.carat").exit, 0);
+    ASSERT_EQ(carat("build -q --layer hills.tif --rms 1 -o b.carat").exit, 0);
+    EXPECT_TRUE(contains(carat("verify a.carat").out, "guaranteed at the file's own samples: 2 m"));
+    EXPECT_FALSE(contains(carat("verify a.carat").out, "root mean square"));
+    EXPECT_TRUE(contains(carat("verify b.carat").out, "guaranteed root mean square there: 1 m"));
+    const auto a = carat("verify --json a.carat").json(), b = carat("verify --json b.carat").json();
+    EXPECT_EQ(a.at("guaranteed_at_lattice_m"), 2);
+    EXPECT_TRUE(a.at("guaranteed_rms_at_lattice_m").is_null());
+    EXPECT_EQ(b.at("guaranteed_rms_at_lattice_m"), 1);
+}
+
+// All of a flat world is zero: a few bytes a page, whatever the depth.
+TEST_F(VerifyProgram, ZeroPagesAreLookedAtToALimit) {
+    MiniPlan plan;
+    plan.source = constant(512);
+    plan.depth = 9;
+    const MiniBuild world = build_mini(plan);
+    VerifyOptions options;
+    options.threads = 2;
+    const auto open = [&] { return bytes_in_memory(world.bytes, "world"); };
+    const VerifyReport all = verify_source(open, options);
+    EXPECT_TRUE(all.ok());
+    EXPECT_GT(all.census.zero_pages, 0u);
+    EXPECT_EQ(all.decoded, all.census.refined);
+    EXPECT_EQ(all.zero_skipped, 0u);
+    options.zero_page_limit = 10;
+    const VerifyReport some = verify_source(open, options);
+    EXPECT_TRUE(some.ok());
+    EXPECT_EQ(some.decoded, 10 * some.census.zero_pages);
+    EXPECT_EQ(some.decoded + some.zero_skipped, some.census.refined);
+    std::uint64_t told = 0;
+    options = {};
+    options.progress = [&](std::uint64_t, std::uint64_t) { return ++told < 3; };
+    EXPECT_THROW(verify_source(open, options), Error) << "cancelled";
+    EXPECT_EQ(told, 3u);
 }
 
 TEST_F(VerifyProgram, AFlippedBitAnywhereIsFound) {

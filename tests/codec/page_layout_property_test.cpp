@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "census.hpp"
 #include "globe/design_diamond.hpp"
 #include "globe/diamond_levels.hpp"
 #include "page_layout.hpp"
@@ -115,6 +116,17 @@ TEST(PageLayout, KeysThatNameNoSquareAreFound) {
     EXPECT_LT(named, 50000);
     EXPECT_FALSE(page_square(~PageKey{0}));
     EXPECT_FALSE(page_square((PageKey{1} << 57) | root_diamond(0).bits()));  // a level-0 square in band 1
+}
+
+// A page of a few bytes can stand for 2^50 diamonds.
+TEST(ZeroPages, VisitingEndsWhereAskedTo) {
+    int visited = 0;
+    EXPECT_FALSE(
+        visit_zero_diamonds(page_key(root_diamond(0)), 50, [&](DiamondId) { return ++visited < 1000; }));
+    EXPECT_EQ(visited, 1000);
+    visited = 0;
+    EXPECT_TRUE(visit_zero_diamonds(page_key(root_diamond(0)), 1, [&](DiamondId) { return ++visited > 0; }));
+    EXPECT_EQ(visited, 1);
 }
 
 }  // namespace

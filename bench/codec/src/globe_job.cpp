@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "carat/codec/verify.hpp"
 #include "carat/globe/error.hpp"
 
 namespace carat::bench {
@@ -90,6 +91,9 @@ GlobeRow bench_globe(const std::string& file, const std::optional<Crop>& crop, c
     row.leaf_samples = r.plan.leaf_samples;
     row.bits_per_source_sample =
         8 * static_cast<double>(r.file_bytes) / static_cast<double>(r.plan.source_samples);
+    const FileCensus census = take_census(options.output);
+    row.diamonds = census.refined;
+    row.index_bytes = census.file_bytes - census.coded_bytes;
     row.at_lattice = {r.max_error, r.rms_error};
     if (r.errors) {
         row.at_source = {r.errors->all.max, r.errors->all.rms};

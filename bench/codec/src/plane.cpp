@@ -4,8 +4,10 @@
 #include <bit>
 #include <cmath>
 
+#include "carat/codec/heights.hpp"
 #include "carat/codec/predict.hpp"
 #include "carat/codec/quantize.hpp"
+#include "carat/globe/error.hpp"
 #include "cycles.hpp"
 #include "plane_rim.hpp"
 
@@ -45,7 +47,8 @@ std::size_t root_code_bytes(std::vector<std::int32_t>& index, const PlanePlan& p
             std::int32_t guess = 0;
             if (i > 0 && j > 0) {
                 const std::int32_t w = index[vertex(i, j - 1)], n = index[vertex(i - 1, j)];
-                guess = std::clamp(w + n - index[vertex(i - 1, j - 1)], std::min(w, n), std::max(w, n));
+                guess = static_cast<std::int32_t>(std::clamp<std::int64_t>(
+                    std::int64_t{w} + n - index[vertex(i - 1, j - 1)], std::min(w, n), std::max(w, n)));
             } else if (i + j > 0) {
                 guess = i == 0 ? index[vertex(0, j - 1)] : index[vertex(i - 1, 0)];
             }
@@ -85,12 +88,18 @@ PlaneCodec::PlaneCodec(const Raster& shape, const KernelChoice& choice, double t
 
 void PlaneCodec::read_heights(const Raster& raster) {
     heights_.resize(raster.size());
-    if (raster.integer)
+    if (raster.integer) {
         std::copy(raster.whole.begin(), raster.whole.end(), heights_.begin());
-    else
-        std::transform(raster.real.begin(), raster.real.end(), heights_.begin(), [&](float x) {
-            return static_cast<std::int32_t>(std::llround(static_cast<double>(x) / quantum_));
-        });
+        return;
+    }
+    constexpr double kGreatest = kGreatestHeight;
+    std::transform(raster.real.begin(), raster.real.end(), heights_.begin(), [&](float x) {
+        const double h = std::round(static_cast<double>(x) / quantum_);
+        if (!(std::abs(h) <= kGreatest))
+            throw Error(ErrorCode::limit, "heights beyond " + std::to_string(kGreatest * quantum_) +
+                                              " m do not fit at this tolerance");
+        return static_cast<std::int32_t>(h);
+    });
 }
 
 std::int32_t PlaneCodec::height_at(int x, int y) const {
@@ -308,8 +317,7 @@ void PlaneCodec::store_leaf(const PlaneStep& step, Raster& out) const {
         const std::int32_t *from = p_.data() + vertex(y, 0), *end = from + w.width;
         const std::size_t to = w.row(y);
         if (out.integer)
-            std::transform(from, end, out.whole.data() + to,
-                           [](std::int32_t h) { return static_cast<std::int16_t>(h); });
+            std::transform(from, end, out.whole.data() + to, [](std::int32_t h) { return to_int16(h); });
         else
             std::transform(from, end, out.real.data() + to,
                            [q = quantum_](std::int32_t h) { return static_cast<float>(h * q); });

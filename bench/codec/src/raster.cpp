@@ -94,8 +94,8 @@ Raster read_raster(const std::string& file, const std::optional<Crop>& crop, std
                    int band_number) {
     GDALAllRegister();
     CPLPushErrorHandler(CPLQuietErrorHandler);
-    const std::unique_ptr<GDALDataset, CloseDataset> dataset(static_cast<GDALDataset*>(
-        GDALOpenEx(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr)));
+    const std::unique_ptr<GDALDataset, CloseDataset> dataset(static_cast<GDALDataset*>(GDALOpenEx(
+        file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR, nullptr, nullptr, nullptr)));
     CPLPopErrorHandler();
     if (!dataset) throw Error(ErrorCode::io, file + ": " + CPLGetLastErrorMsg());
     if (dataset->GetRasterCount() < band_number)

@@ -46,8 +46,12 @@ Quantised QuantisedCodec::quantise(const Raster& tile) const {
         std::transform(tile.whole.begin(), tile.whole.end(), k.begin(),
                        [&](std::int16_t x) { return (x + shift) / step - back; });
     } else {
+        constexpr double kGreatest = 1 << 30;  // differences of two must fit
         std::transform(tile.real.begin(), tile.real.end(), k.begin(), [&](float x) {
-            return static_cast<std::int32_t>(std::lrint(static_cast<double>(x) / step_));
+            const double index = std::rint(static_cast<double>(x) / step_);
+            if (!(std::abs(index) <= kGreatest))
+                throw Error(ErrorCode::limit, "heights that large do not fit at this tolerance");
+            return static_cast<std::int32_t>(index);
         });
     }
     const auto [least, greatest] = std::minmax_element(k.begin(), k.end());
@@ -76,7 +80,7 @@ void QuantisedCodec::decode_tile(const Bytes& bytes, Raster& tile) {
     if (tile.integer) {
         const auto step = static_cast<std::int32_t>(step_);
         std::transform(index.begin(), index.end(), tile.whole.begin(), [&](std::uint32_t i) {
-            return static_cast<std::int16_t>((static_cast<std::int32_t>(i) + least) * step);
+            return to_int16((static_cast<std::int32_t>(i) + least) * step);
         });
     } else {
         std::transform(index.begin(), index.end(), tile.real.begin(), [&](std::uint32_t i) {

@@ -57,7 +57,7 @@ class Zfp : public TileCodec {
             return;
         }
         std::transform(floats.begin(), floats.end(), t.whole.begin(),
-                       [](float x) { return static_cast<std::int16_t>(std::lrintf(x)); });
+                       [](float x) { return to_int16(static_cast<std::int32_t>(std::lrintf(x))); });
     }
 
   private:

@@ -44,6 +44,9 @@ struct VerifyOptions {
     int threads = 0;                        // 0: all
     std::size_t memory_bytes = 256u << 20;  // for decoded diamonds
     std::size_t damage_limit = 100;         // of damages listed; all are counted
+    // Diamonds decoded below a page that says of all of them that they are zero: such a page can stand for
+    // 2^50, which all follow from the same heights by prediction.
+    std::uint64_t zero_page_limit = 1u << 14;
     // Called from one thread at a time with the diamonds looked at; returning false throws Error(usage)
     // "cancelled".
     std::function<bool(std::uint64_t done, std::uint64_t total)> progress = {};
@@ -56,6 +59,7 @@ struct VerifyReport {
     FileCensus census;                 // of what could be read
     std::uint64_t decoded = 0;         // refined diamonds decoded and found sound or damaged
     std::uint64_t unreachable = 0;     // not decoded, for damage in them or above
+    std::uint64_t zero_skipped = 0;    // not decoded, beyond zero_page_limit
     std::uint64_t heights = 0;         // values compared with summaries
     std::uint64_t shared_heights = 0;  // vertices on longest edges compared between two parents
     double seconds = 0;
@@ -68,12 +72,13 @@ struct VerifyReport {
 //   bytes      header, root values, directory and every part of a page parse and fit their checksums;
 //              pages hold diamonds of their own only, and nothing lies below a zero page
 //   DAG        both parents of every refined diamond are refined; counts and depth agree with the header
-//   heights    every refined diamond decodes; the halves that its two parents give it agree on their
+//   heights    every refined diamond decodes (of those below a zero page the first zero_page_limit); the
+//   halves that its two parents give it agree on their
 //              common edge; all its heights lie within its summaries, those of all its ancestors, and the
 //              header's range
 //
-// Memory stays near memory_bytes whatever the size of the file. Throws Error(io) if the file cannot be
-// opened; every damage is a line of the report.
+// Time is bounded by the bytes of the file, memory stays near memory_bytes whatever the size of the file.
+// Throws Error(io) if the file cannot be opened; every damage is a line of the report.
 VerifyReport verify_file(const std::filesystem::path& file, const VerifyOptions& options = {});
 // The same of bytes from elsewhere; `open` is called twice.
 using OpenSource = std::function<std::unique_ptr<ByteSource>()>;

@@ -1,6 +1,7 @@
 // Samples that all contestants of a benchmark get: a matrix of int16 or float32.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +10,11 @@
 #include <vector>
 
 namespace carat::bench {
+
+// The nearest int16: what is decoded may lie beyond the ends of the type by as much as the tolerance.
+inline std::int16_t to_int16(std::int32_t x) {
+    return static_cast<std::int16_t>(std::clamp<std::int32_t>(x, INT16_MIN, INT16_MAX));
+}
 
 struct Raster {
     int width = 0, height = 0;
