@@ -23,7 +23,9 @@ struct PassKind {
     bool cull_back_faces = true;
     bool sky = false, water = false, drape = false, shadows = false;  // in colour
 
-    auto key() const { return std::tuple(colour, aovs, int(samples), cull_back_faces, sky, water, drape, shadows); }
+    auto key() const {
+        return std::tuple(colour, aovs, int(samples), cull_back_faces, sky, water, drape, shadows);
+    }
 };
 
 struct ProbeRange {
