@@ -3,6 +3,7 @@
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <random>
 
 #include "carat/codec/colour.hpp"
@@ -190,6 +191,46 @@ TEST(Colour, BytesDoNotDependOnThreads) {
 }
 
 // Every byte of the head, and the file's end.
+// Interrupted in its second plane: the first is taken over, the bytes are the same. Complete already:
+// accepted.
+TEST(Colour, ResumesToTheSameBytes) {
+    const auto contents = [](const std::filesystem::path& file) {
+        std::ifstream in(file, std::ios::binary);
+        return std::string(std::istreambuf_iterator<char>(in), {});
+    };
+    const Scratch scratch;
+    ColourBuildOptions o = colours_of(scratch, false, 9);
+    build_colour(o);
+    const std::filesystem::path output = o.build.output;
+    const std::string expected = contents(output);
+    std::filesystem::remove(output);
+
+    int planes = 0;
+    EXPECT_THROW(build_colour(o,
+                              [&](const BuildProgress& p) {
+                                  planes += p.stage == BuildStage::planning && p.done == 0 ? 1 : 0;
+                                  return planes < 2;
+                              }),
+                 Error);
+    EXPECT_FALSE(std::filesystem::exists(output));
+    o.build.resume = true;
+    const ColourBuildReport resumed = build_colour(o);
+    EXPECT_TRUE(resumed.planes[0].already_complete);
+    EXPECT_FALSE(resumed.planes[2].already_complete);
+    EXPECT_TRUE(contents(output) == expected);
+    build_colour(o);  // as if killed before its planes were gone
+    EXPECT_TRUE(contents(output) == expected);
+    o.tolerance = 20;
+    EXPECT_THROW(build_colour(o), Error) << "another build's output";
+    EXPECT_TRUE(contents(output) == expected);
+    o.build.resume = false;
+    EXPECT_THROW(build_colour(o), Error);
+    std::size_t files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(scratch.folder))
+        files += entry.path() == output || entry.path().filename() == "picture.tif" ? 0 : 1;
+    EXPECT_EQ(files, 0u) << "nothing is left lying about";
+}
+
 TEST(Colour, DamageIsAnError) {
     const Scratch scratch;
     const ColourBuildOptions o = colours_of(scratch, false, 10);
