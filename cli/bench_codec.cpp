@@ -148,8 +148,7 @@ Json json_of(const Measured& m) {
 void print_globe(const Measured& m) {
     if (m.globe.empty()) return;
     fmt::print(
-        "the same job: whole .carat files of the globe, all that is not residuals as bytes a diamond; errors "
-        "at "
+        "the same job: whole .carat files of the globe, index and summaries as bytes a diamond; errors at "
         "source samples\n");
     fmt::print("{:<14} {:>9} {:>12} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "coder", "tolerance",
                "bytes", "bits/smp", "leaf/src", "index B", "lat. max", "max err", "p99 err", "rms err",

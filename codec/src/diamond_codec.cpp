@@ -262,6 +262,7 @@ void decode_residuals(const Coding& coding, const BlobInfo& info, std::span<cons
                       std::span<const std::int32_t> p, int n, std::int32_t radius, RefinedHeights& out,
                       CodecScratch& s) {
     assert(p.size() == static_cast<std::size_t>(n * n) && radius >= 0 && radius <= kGreatestRadius);
+    assert(info.mode == Mode::interpolating || p.data() != out.v.data());
     resize(out, s, n);
     std::copy(p.begin(), p.end(), out.v.begin());
     const bool gamma = (coding.coder == CoderId::gamma || info.gamma) && !blob.empty(),

@@ -93,7 +93,7 @@ GlobeRow bench_globe(const std::string& file, const std::optional<Crop>& crop, c
         8 * static_cast<double>(r.file_bytes) / static_cast<double>(r.plan.source_samples);
     const FileCensus census = take_census(options.output);
     row.diamonds = census.refined;
-    row.index_bytes = census.file_bytes - census.coded_bytes;
+    row.index_bytes = census.index_bytes() + census.directory_bytes;
     row.at_lattice = {r.max_error, r.rms_error};
     if (r.errors) {
         row.at_source = {r.errors->all.max, r.errors->all.rms};

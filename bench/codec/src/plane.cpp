@@ -340,9 +340,11 @@ void PlaneCodec::decode(Raster& out) {
         }
         const Coded& c = coded_[k];
         RefinedHeights& refined = slots_[static_cast<std::size_t>(step.slot)];
-        std::swap(refined.v, p_);
-        kernel_.decode(c.info, std::span(blobs_).subspan(c.offset, c.bytes), refined.v, kN, refined,
-                       scratch_);
+        // In mode 0 V is P: it may lie where V belongs already.
+        const bool in_place = c.info.mode == Mode::interpolating;
+        if (in_place) std::swap(refined.v, p_);
+        kernel_.decode(c.info, std::span(blobs_).subspan(c.offset, c.bytes), in_place ? refined.v : p_, kN,
+                       refined, scratch_);
         cycles_.kernel += cycles_now() - t1;
     }
 }

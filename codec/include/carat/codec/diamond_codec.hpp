@@ -71,7 +71,8 @@ EncodedResiduals encode_residuals(const Coding& coding, Mode mode, std::span<con
 // Decodes; an empty blob means all residuals zero. Throws Error(corrupt|truncated) for bytes no encoder
 // makes; `out` is then unspecified. The blob and the heights of p may be anything; n = 2^k + 1, 5 to 129,
 // p.size() = n * n and 0 <= radius <= 2^29 are the caller's promise, asserted only: in a build without
-// assertions anything else is undefined behaviour. p must not lie in `out`.
+// assertions anything else is undefined behaviour. p must not lie in `out`,
+// but in mode 0 it may be out.v.
 void decode_residuals(const Coding& coding, const BlobInfo& info, std::span<const std::byte> blob,
                       std::span<const std::int32_t> p, int n, std::int32_t radius, RefinedHeights& out,
                       CodecScratch& scratch);

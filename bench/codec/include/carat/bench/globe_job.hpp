@@ -18,7 +18,7 @@ struct GlobeRow {
     double tolerance = 0;  // metres, at lattice points
     std::uint64_t file_bytes = 0, source_samples = 0, leaf_samples = 0;
     double bits_per_source_sample = 0;
-    std::uint64_t diamonds = 0, index_bytes = 0;  // refined; of all that is not residuals
+    std::uint64_t diamonds = 0, index_bytes = 0;  // refined; of pages and directory, all but residuals
     Errors at_lattice;                            // metres
     Errors at_source;                             // metres: |S - sample| at the valid samples of the source
     double p99_at_source = 0;
