@@ -7,8 +7,8 @@
 #include "carat/globe/patch.hpp"
 #include "carat/render/octahedral.hpp"
 #include "carat/render/patch_builder.hpp"
+#include "carat/render/vector.hpp"
 #include "seam_normals.hpp"
-#include "vector.hpp"
 
 namespace carat {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "vector.hpp"
+#include "carat/render/vector.hpp"
 
 namespace carat {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "carat/globe/error.hpp"
 #include "carat/render/octahedral.hpp"
+#include "carat/render/vector.hpp"
 #include "stopwatch.hpp"
 #include "sun_view.hpp"
-#include "vector.hpp"
 
 namespace carat {
 namespace {

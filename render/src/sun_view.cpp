@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "carat/globe/patch.hpp"
-#include "vector.hpp"
+#include "carat/render/vector.hpp"
 
 namespace carat {
 

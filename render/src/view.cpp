@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "carat/globe/error.hpp"
-#include "vector.hpp"
+#include "carat/render/vector.hpp"
 
 namespace carat {
 namespace {

@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "carat/globe/patch.hpp"
+#include "carat/render/vector.hpp"
 #include "half_kernel.hpp"
 #include "patch_kernel.hpp"
-#include "vector.hpp"
 
 namespace carat {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "carat/globe/patch.hpp"
 #include "carat/render/cut.hpp"
-#include "vector.hpp"
+#include "carat/render/vector.hpp"
 
 namespace carat::bench {
 namespace {

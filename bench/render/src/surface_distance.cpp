@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "carat/globe/locate.hpp"
-#include "vector.hpp"
+#include "carat/render/vector.hpp"
 
 namespace carat::bench {
 

@@ -7,8 +7,8 @@
 #include "carat/bench/random_views.hpp"
 #include "carat/globe/bounds.hpp"
 #include "carat/render/draw_list.hpp"
+#include "carat/render/vector.hpp"
 #include "exact_error.hpp"
-#include "vector.hpp"
 
 namespace carat::bench {
 namespace {

@@ -6,23 +6,17 @@
 
 #include "carat/globe/patch.hpp"
 #include "carat/render/octahedral.hpp"
+#include "carat/render/vector.hpp"
 
 namespace carat {
 namespace {
-
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec3 cross(const Vec3& a, const Vec3& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double length(const Vec3& v) { return std::sqrt(dot(v, v)); }
 
 // Unit normals of the triangles, outwards.
 std::vector<Vec3> triangle_normals(const PatchMesh& mesh, int cells, double unit) {
     std::vector<Vec3> out;
     for (const auto& corners : half_triangles(mesh.half.side, cells)) {
         const auto at = [&](std::size_t k) { return to_metres(mesh.vertices[corners[k]].offset, unit); };
-        const Vec3 a = at(0), n = cross(minus(at(1), a), minus(at(2), a));
+        const Vec3 a = at(0), n = cross(subtract(at(1), a), subtract(at(2), a));
         const double size = length(n);
         if (size > 0)
             out.push_back({n[0] / size, n[1] / size, n[2] / size});  // one without area is not drawn
@@ -43,7 +37,7 @@ TriangleCone triangle_cone(const PatchMesh& mesh, int cells, double unit) {
         }
     }
     for (std::size_t k = 0; k < 3; ++k) cone.centre[k] = 0.5 * (low[k] + high[k]);
-    cone.radius = 0.5 * length(minus(high, low));
+    cone.radius = 0.5 * length(subtract(high, low));
 
     const std::vector<Vec3> normals = triangle_normals(mesh, cells, unit);
     Vec3 sum{};
@@ -62,7 +56,7 @@ TriangleCone triangle_cone(const PatchMesh& mesh, int cells, double unit) {
 // away if that is positive.
 bool faces_away(const TriangleCone& cone, const Vec3& eye) {
     if (cone.cosine <= 0) return false;
-    const Vec3 v = minus(cone.centre, eye);
+    const Vec3 v = subtract(cone.centre, eye);
     const double distance = length(v), along = dot(v, cone.axis);
     const double across = std::sqrt(std::max(0.0, distance * distance - along * along));
     const double sine = std::sqrt(std::max(0.0, 1 - cone.cosine * cone.cosine));
@@ -92,7 +86,7 @@ bool BackFaces::faces_away(const std::shared_ptr<const PatchMesh>& mesh, const U
     e.used = frame_;
     UnitVector offset{};
     for (std::size_t k = 0; k < 3; ++k) offset[k] = eye[k] - mesh->anchor[k];
-    const Vec3 from_anchor = to_metres(offset, unit_), v = minus(e.middle, from_anchor);
+    const Vec3 from_anchor = to_metres(offset, unit_), v = subtract(e.middle, from_anchor);
     if (dot(v, e.normal) <= kFacingMargin * length(v)) return false;
     if (!e.cone) {
         if (left_ == 0) return false;

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "carat/render/vector.hpp"
+
 namespace carat {
 
 namespace {
 
 constexpr double kNearPlane = 0.1;  // metres
-
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 gpu::vec4 pack(const Vec3& v, double w) {
     return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]),
@@ -19,8 +19,6 @@ gpu::vec4 pack(const Vec3& v, double w) {
 
 // To the space in which the body is a sphere of its equatorial radius.
 Vec3 stretched(const Vec3& v, const Ellipsoid& body) { return {v[0], v[1], v[2] * (body.a() / body.b())}; }
-
-Vec3 scaled(const Vec3& v, double factor) { return {v[0] * factor, v[1] * factor, v[2] * factor}; }
 
 void require(bool good, const char* what) {
     if (!good) throw Error(ErrorCode::usage, std::string("draw request: ") + what);
@@ -95,8 +93,8 @@ gpu::FrameData make_frame_data(const DrawRequest& request, const Ellipsoid& body
     const Vec3 eye = stretched(to_metres(c.eye, metres_per_unit), body);
     const Vec3 sun = stretched(light.direction, body);
     const double distance = std::sqrt(dot(eye, eye));
-    data.eye_up = pack(scaled(eye, 1 / std::max(distance, 1.0)), distance - body.a());
-    data.sun = pack(scaled(sun, 1 / std::sqrt(dot(sun, sun))), 0);
+    data.eye_up = pack(scale(1 / std::max(distance, 1.0), eye), distance - body.a());
+    data.sun = pack(scale(1 / length(sun), sun), 0);
     data.background = {request.background[0], request.background[1], request.background[2],
                        static_cast<float>(1 / c.focal_pixels())};
     data.air = air;

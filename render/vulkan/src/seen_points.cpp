@@ -7,16 +7,11 @@
 #include <unordered_map>
 
 #include "carat/globe/patch.hpp"
+#include "carat/render/vector.hpp"
 #include "triangle_order.hpp"
 
 namespace carat {
 namespace {
-
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec3 cross(const Vec3& a, const Vec3& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 struct Corner {
     Vec3 position;
@@ -54,7 +49,7 @@ SeenPoint nearest_to_ray(const Triangle& t, const Vec3& ray) {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < 3; ++k) {
         const Corner &a = t[k], &b = t[(k + 1) % 3];
-        const double s = nearest_on_edge(ray, a.position, minus(b.position, a.position));
+        const double s = nearest_on_edge(ray, a.position, subtract(b.position, a.position));
         Vec3 weight{};
         weight[k] = 1 - s;
         weight[(k + 1) % 3] = s;
@@ -72,7 +67,7 @@ SeenPoint point_of(const Triangle& t, const Vec3& ray) {
     Vec3 weight;
     for (std::size_t k = 0; k < 3; ++k) {
         const Vec3 &a = t[(k + 1) % 3].position, &b = t[(k + 2) % 3].position;
-        weight[k] = -dot(ray, cross(a, minus(b, a)));
+        weight[k] = -dot(ray, cross(a, subtract(b, a)));
     }
     const double sum = weight[0] + weight[1] + weight[2];
     for (double& w : weight) w /= sum;

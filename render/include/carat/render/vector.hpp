@@ -1,4 +1,4 @@
-// Three-vectors of doubles, in the order of operations written here.
+// Three-vectors of doubles, in the order of operations written here. Pure functions, for any finite values.
 #pragma once
 
 #include <cmath>
