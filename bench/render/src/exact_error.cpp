@@ -6,65 +6,16 @@
 #include "carat/globe/patch.hpp"
 #include "carat/render/cut.hpp"
 #include "carat/render/vector.hpp"
+#include "flat_patch.hpp"
 
 namespace carat::bench {
 namespace {
 
-constexpr std::size_t kKept = 6000;  // half a gigabyte for 65 x 65 diamonds
-
-// A lattice offset in steps of a frame, whose axes are orthogonal.
-std::array<double, 2> steps_of(const HalfFrame& frame, const LatticeVector& offset) {
-    const auto along = [&](const LatticeVector& axis) {
-        double product = 0, square = 0;
-        for (int k = 0; k < 3; ++k) {
-            product += static_cast<double>(offset[k]) * static_cast<double>(axis[k]);
-            square += static_cast<double>(axis[k]) * static_cast<double>(axis[k]);
-        }
-        return product / square;
-    };
-    return {along(frame.u), along(frame.v)};
-}
 std::array<double, 2> index_of(const HalfFrame& frame, const LatticePoint& p) {
     return steps_of(frame, wide(p) - frame.origin);
 }
 
-Vec3 on_patch(const std::vector<Vec3>& positions, double x, double y, int cells) {
-    const TriangleWeights w = triangle_weights(x, y, cells);
-    Vec3 out{};
-    for (std::size_t k = 0; k < 3; ++k)
-        out = add(out, scale(w.weight[k], positions[half_vertex_index(w.vertex[k][0], w.vertex[k][1])]));
-    return out;
-}
-
 }  // namespace
-
-HalfPositions::HalfPositions(const std::shared_ptr<const Repository>& file)
-    : surface_(file, std::size_t{512} << 20), body_(file->header().ellipsoid()) {}
-
-std::shared_ptr<const std::vector<Vec3>> HalfPositions::operator()(const Half& half) {
-    if (const auto known = by_half_.find(half); known != by_half_.end()) {
-        entries_.splice(entries_.begin(), entries_, known->second);
-        return known->second->second;
-    }
-    const RepositoryHeader& header = surface_.repository().header();
-    const int cells = header.cells();
-    const auto heights = surface_.heights(half.diamond);
-    const HalfFrame frame = half_frame(half, cells);
-    auto out = std::make_shared<std::vector<Vec3>>();
-    out->reserve(half_vertex_count(cells));
-    for (int r = 0; r <= cells; ++r)
-        for (int c = 0; c <= r; ++c) {
-            const int i = half.side == 0 ? r : c, j = half.side == 0 ? c : r;
-            out->push_back(body_.position(direction(frame.vertex(i, j)), heights->at(i, j) * header.quantum));
-        }
-    entries_.emplace_front(half, out);
-    by_half_[half] = entries_.begin();
-    if (entries_.size() > kKept) {
-        by_half_.erase(entries_.back().first);
-        entries_.pop_back();
-    }
-    return out;
-}
 
 ExactError::ExactError(const std::shared_ptr<const Repository>& file, const Visibility& visibility,
                        HalfPositions& positions)
@@ -91,8 +42,9 @@ bool ExactError::refined(const FreeHalf& half) const {
 
 double ExactError::greatest(const FreeHalf& half, Measure measure, double floor, bool first_will_do) {
     if (half.is_virtual() || !file_->refined(half.half.diamond)) return std::max(floor, sagitta_error(half));
-    Search s{half.half,     measure, file_->summary(half.half).delta, floor,
-             first_will_do, false,   half_frame(half.half, cells_),   positions_(half.half)};
+    const auto vertices = positions_(half.half);
+    Search s{measure, file_->summary(half.half).delta, floor, first_will_do,
+             false,   {half.half, *vertices, cells_}};
     search(s, half.half);
     return s.best;
 }
@@ -121,20 +73,14 @@ void ExactError::look_at_samples(Search& s, const Half& leaf) {
     const View& view = visibility_.view();
     const double f = view.focal_pixels();
     const auto samples = positions_(leaf);
-    const HalfFrame frame = half_frame(leaf, cells_);
-    const auto origin = steps_of(s.frame, frame.origin - s.frame.origin), of_i = steps_of(s.frame, frame.u),
-               of_j = steps_of(s.frame, frame.v);
+    const FlatPatch::Within flat(s.flat, leaf);
     std::size_t k = 0;
     for (int r = 0; r <= cells_; ++r)
         for (int c = 0; c <= r; ++c, ++k) {
             const Vec3 x = view.to_screen_axes((*samples)[k]);
             if (!(x[2] > 0) || std::abs(x[0]) > x[2] * view.tan_x() || std::abs(x[1]) > x[2] * view.tan_y())
                 continue;
-            const int i = leaf.side == 0 ? r : c, j = leaf.side == 0 ? c : r;
-            const auto index = [&](std::size_t a) {
-                return std::clamp(origin[a] + i * of_i[a] + j * of_j[a], 0.0, static_cast<double>(cells_));
-            };
-            const Vec3 point = on_patch(*s.flat, index(0), index(1), cells_);
+            const Vec3 point = flat.at(r, c);
             double error = 0;
             if (s.measure == Measure::distance) {
                 error = f * length(subtract(point, (*samples)[k])) * length(x) / (x[2] * x[2]);

@@ -1,13 +1,11 @@
 // The exact error of a patch on the screen, found among all samples of the file beneath it.
 #pragma once
 
-#include <list>
 #include <memory>
 #include <unordered_map>
-#include <vector>
 
-#include "carat/codec/surface.hpp"
 #include "carat/render/visibility.hpp"
+#include "flat_patch.hpp"
 #include "free_cut.hpp"
 #include "half_bounds.hpp"
 
@@ -16,22 +14,6 @@ namespace carat::bench {
 enum class Measure : std::uint8_t {
     distance,  // f |X - Y| sec(theta) / z: what Visibility::screen_error() bounds
     shift,     // of Y against X on the screen
-};
-
-// Vertex positions of halves, with a cache.
-class HalfPositions {
-  public:
-    explicit HalfPositions(const std::shared_ptr<const Repository>& file);
-    // Indexed by half_vertex_index(), metres. Valid until the next call but one.
-    std::shared_ptr<const std::vector<Vec3>> operator()(const Half& half);
-    const Surface& surface() const { return surface_; }
-
-  private:
-    using Entry = std::pair<Half, std::shared_ptr<const std::vector<Vec3>>>;
-    Surface surface_;
-    Ellipsoid body_;
-    std::list<Entry> entries_;  // most recently used first
-    std::unordered_map<Half, std::list<Entry>::iterator, HalfHash> by_half_;
 };
 
 // Of one view.
@@ -49,13 +31,11 @@ class ExactError {
 
   private:
     struct Search {
-        Half half;
         Measure measure;
         double delta, best;
         bool first_will_do;
         bool found = false;
-        HalfFrame frame;
-        std::shared_ptr<const std::vector<Vec3>> flat;
+        FlatPatch flat;
     };
     double bound_below(const Search& s, const Half& half);
     void search(Search& s, const Half& half);

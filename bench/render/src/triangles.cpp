@@ -9,6 +9,7 @@
 #include "carat/render/draw_list.hpp"
 #include "carat/render/vector.hpp"
 #include "exact_error.hpp"
+#include "part_distances.hpp"
 
 namespace carat::bench {
 namespace {
@@ -18,14 +19,16 @@ constexpr std::size_t kMost = 20'000;  // diamonds refined by a metric that know
 class ViewMeasure {
   public:
     ViewMeasure(const std::shared_ptr<const Repository>& file, const View& view, double threshold,
-                HalfPositions& positions)
+                HalfPositions& positions, PartDistances& distances)
         : file_(file),
           threshold_(threshold),
           body_(file->header().ellipsoid()),
           cells_(file->header().cells()),
           visibility_(view, body_, file->header().min_height * file->header().quantum,
                       file->header().max_height * file->header().quantum, threshold),
-          exact_(file, visibility_, positions) {}
+          exact_(file, visibility_, positions),
+          rounding_(HalfSurvey(*file, body_).rounding()),
+          distances_(distances) {}
 
     TrianglesRow run() {
         TrianglesRow row;
@@ -36,6 +39,8 @@ class ViewMeasure {
                 row.error = exact_.greatest({h.half, h.half}, Measure::distance, row.error, false);
         row.distance = oracle(Measure::distance);
         row.shift = oracle(Measure::shift);
+        row.exact_delta = bounded(Parts::whole);
+        row.exact_quarters = bounded(Parts::quarters);
         const Spacing paper = [this](const FreeHalf& h) { return by_size(h); };
         row.paper_plain = by_spacing(paper, std::sqrt(2.0));  // two triangles a cell
         if (const auto plain = cut_by(paper, std::sqrt(2.0)))
@@ -63,6 +68,15 @@ class ViewMeasure {
     std::uint64_t oracle(Measure measure) {
         const auto demands = [&](const FreeHalf& h) {
             return drawn(h) && exact_.greatest(h, measure, threshold_, true) > threshold_;
+        };
+        return triangles(least_cut(*file_, demands, kMaxRefined).value());
+    }
+
+    std::uint64_t bounded(Parts parts) {
+        const auto demands = [&](const FreeHalf& h) {
+            if (!drawn(h)) return false;
+            if (!exact_.refined(h)) return exact_.greatest(h, Measure::distance, 0, true) > threshold_;
+            return bound_by_parts(*file_, visibility_, h.half, parts, rounding_, distances_) > threshold_;
         };
         return triangles(least_cut(*file_, demands, kMaxRefined).value());
     }
@@ -129,6 +143,8 @@ class ViewMeasure {
     const int cells_;
     const Visibility visibility_;
     ExactError exact_;
+    const double rounding_;
+    PartDistances& distances_;
     std::unordered_map<DiamondId, double, DiamondIdHash> spacings_;
 };
 
@@ -143,11 +159,12 @@ std::vector<TrianglesRow> measure_triangles(const std::shared_ptr<const Reposito
                                             const TrianglesOptions& o) {
     RandomViews views(file, o.seed, o.width, o.height, o.place);
     HalfPositions positions(file);
+    PartDistances distances(*file, positions);
     const Ellipsoid body = file->header().ellipsoid();
     std::vector<TrianglesRow> rows;
     for (int k = 0; k < o.views; ++k) {
         if (o.progress && !o.progress(rows.size(), static_cast<std::size_t>(o.views))) break;
-        rows.push_back(ViewMeasure(file, View(body, views.next()), o.threshold, positions).run());
+        rows.push_back(ViewMeasure(file, View(body, views.next()), o.threshold, positions, distances).run());
         rows.back().view = manner(k);
     }
     return rows;

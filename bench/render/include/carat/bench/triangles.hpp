@@ -37,6 +37,9 @@ struct TrianglesRow {
     double error = 0;            // pixels: greatest error of what we draw, as measured
     std::uint64_t distance = 0;  // (c) the least cut whose distance from S nowhere projects to more
     std::uint64_t shift = 0;     // (c) the least one whose points are nowhere shifted more on the screen
+    // Between ours and (c): the bound by the exact distance of each patch, whatever the view, and by those of
+    // its quarters. A file could say these.
+    std::uint64_t exact_delta = 0, exact_quarters = 0;
     SpacingCut paper_plain;      // (a) one triangle a pixel
     SpacingCut paper, nearness;  // (a) and (b) at our measured error
 };
