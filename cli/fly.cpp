@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -47,8 +48,8 @@ refinement is drawn, worker threads go on with the rest, and the next frame take
 1/fps seconds along the path, however long drawing takes.
 
 The path is JSON: a list of keyframes with "time" (seconds), "lat", "lon" (degrees), "height" (metres above the
-ellipsoid), "heading", "pitch" and "fov" (degrees; default 0, -90, 45). Between them the eye follows the geodesic, faster
-the higher it is, and its height changes by equal factors in equal times.
+ellipsoid), "heading", "pitch", "roll" and "fov" (degrees; default 0, -90, 0, 45). Between them the eye follows the geodesic,
+faster the higher it is, its height changes by equal factors in equal times, and it turns without jerks.
 
   [{"time": 0, "lat": 20, "lon": -110, "height": 9e6, "pitch": -90},
    {"time": 8, "lat": 36, "lon": -118.5, "height": 6000, "heading": 20, "pitch": -10}]
@@ -67,6 +68,8 @@ Examples:
 
 void check(const Options& o) {
     if (o.converged && o.budget) throw Error(ErrorCode::usage, "--converged and --budget exclude each other");
+    if (!o.overwrite && !o.stats.empty() && std::filesystem::exists(o.stats))
+        throw Error(ErrorCode::usage, o.stats + ": exists already; --overwrite replaces it");
 }
 
 FlightPath path_of(const Options& o, const std::shared_ptr<const Repository>& file) {

@@ -86,6 +86,7 @@ void add_view_options(CLI::App& sub, Options& o) {
     };
     angle("--heading", o.view.heading, "Clockwise from north (default 0)");
     angle("--pitch", o.view.pitch, "Up from the horizon (default -90, straight down)");
+    angle("--roll", o.view.roll, "Of the camera about its axis, clockwise (default 0)");
     angle("--fov", o.view.fov, "Vertical angle of view (default 45)");
     add_value(sub, "--size", "WxH", "Pixels (default 1280x720)", [&o](const std::string& text) {
         const auto size = parse_picture_size(text);

@@ -47,18 +47,50 @@ Flight::Flight(const Ellipsoid& body, std::vector<Keyframe> keyframes)
                       keys_[k + 1].eye.longitude, s.distance, s.azimuth, arrival);
         segments_.push_back(s);
     }
+    heading_ = turn(&Keyframe::heading, true);
+    pitch_ = turn(&Keyframe::pitch, false);
+    fov_ = turn(&Keyframe::fov, false);
+    roll_ = turn(&Keyframe::roll, true);
 }
 
 double Flight::duration() const { return keys_.back().time - keys_.front().time; }
 
-// Uniform motion with quadratic ramps of length r at both ends; covers the same time in the same time.
+// The weighted harmonic mean of the rates on both sides, 0 where these differ in sign: monotone between
+// keyframes (Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5, 1984). At the ends that of the segment.
+Flight::Turn Flight::turn(double Keyframe::*angle, bool by_shorter_way) const {
+    Turn out{{keys_[0].*angle}, {}};
+    std::vector<double> seconds, rate;
+    for (std::size_t k = 0; k + 1 < keys_.size(); ++k) {
+        const double from = keys_[k].*angle, to = keys_[k + 1].*angle;
+        const double step = by_shorter_way ? shorter_turn(from, to) : to - from;
+        out.value.push_back(out.value.back() + step);
+        seconds.push_back(keys_[k + 1].time - keys_[k].time);
+        rate.push_back(step / seconds.back());
+    }
+    out.rate.push_back(rate.front());
+    for (std::size_t k = 1; k < rate.size(); ++k) {
+        const double w = 2 * seconds[k] + seconds[k - 1], v = seconds[k] + 2 * seconds[k - 1];
+        out.rate.push_back(rate[k - 1] * rate[k] > 0 ? (w + v) / (w / rate[k - 1] + v / rate[k]) : 0);
+    }
+    out.rate.push_back(rate.back());
+    return out;
+}
+
+// Hermite's cubic.
+double Flight::at(const Turn& turn, std::size_t k, double u) const {
+    const double seconds = keys_[k + 1].time - keys_[k].time, v = 1 - u;
+    return v * v * ((1 + 2 * u) * turn.value[k] + u * seconds * turn.rate[k]) +
+           u * u * ((1 + 2 * v) * turn.value[k + 1] - v * seconds * turn.rate[k + 1]);
+}
+
+// Over the first w seconds the time flown is w (2 s^2 - s^3), s = time / w: from rest to the common speed,
+// and all w of them. Likewise at the end.
 double Flight::eased(double time) const {
-    const double total = duration(), r = std::min(1.0, total / 10);
+    const double total = duration(), most = std::min(4.0, 0.4 * total);
+    const auto window = [&](std::size_t k) { return std::min(most, keys_[k + 1].time - keys_[k].time); };
+    const auto flown = [](double t, double w) { return t < w ? t * t / w * (2 - t / w) : t; };
     const double t = std::clamp(time, 0.0, total);
-    const double speed = total / (total - r);
-    if (t < r) return speed * t * t / (2 * r);
-    if (t > total - r) return total - speed * (total - t) * (total - t) / (2 * r);
-    return speed * (t - r / 2);
+    return t < total / 2 ? flown(t, window(0)) : total - flown(total - t, window(segments_.size() - 1));
 }
 
 ViewRequest Flight::at(double time) const {
@@ -74,9 +106,10 @@ ViewRequest Flight::at(double time) const {
     GeographicLib::Geodesic(a_, f_).Direct(from.eye.latitude, from.eye.longitude, segments_[k].azimuth, flown,
                                            view.eye.latitude, view.eye.longitude);
     view.height = mix(from.base, to.base, u) + (from.height - from.base) * std::pow(ratio, u);
-    view.heading = from.heading + u * shorter_turn(from.heading, to.heading);
-    view.pitch = mix(from.pitch, to.pitch, u);
-    view.fov = mix(from.fov, to.fov, u);
+    view.heading = at(heading_, k, u);
+    view.pitch = at(pitch_, k, u);
+    view.fov = at(fov_, k, u);
+    view.roll = at(roll_, k, u);
     return view;
 }
 

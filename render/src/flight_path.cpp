@@ -71,6 +71,7 @@ Keyframe keyframe(const Json& j, Site& site) {
     k.heading = j.value("heading", k.heading);
     k.pitch = j.value("pitch", k.pitch);
     k.fov = j.value("fov", k.fov);
+    k.roll = j.value("roll", k.roll);
     return k;
 }
 

@@ -18,6 +18,7 @@ void check(const Ellipsoid& body, const ViewRequest& r) {
           "eye height must be between the centre of the body and 1e12 m");
     check(std::isfinite(r.heading), "heading is not finite");
     check(r.pitch >= -90 && r.pitch <= 90, "pitch must be in [-90, 90] degrees");
+    check(std::isfinite(r.roll), "roll is not finite");
     check(r.fov > 0 && r.fov < 180, "fov must be between 0 and 180 degrees");
     check(r.width >= 1 && r.width <= 65536 && r.image_height >= 1 && r.image_height <= 65536,
           "image size must be in [1, 65536] pixels");
@@ -37,8 +38,10 @@ Camera make_camera(const Ellipsoid& body, const ViewRequest& r) {
     const Vec3 ahead = add(scale(heading[0], north), scale(heading[1], east));
     Camera c;
     c.forward = add(scale(pitch[0], ahead), scale(pitch[2], upwards));
-    c.up = add(scale(-pitch[2], ahead), scale(pitch[0], upwards));
-    c.right = cross(c.forward, c.up);
+    const Vec3 up = add(scale(-pitch[2], ahead), scale(pitch[0], upwards)), right = cross(c.forward, up);
+    const Vec3 roll = direction(Geodetic{0, r.roll});
+    c.up = add(scale(roll[0], up), scale(roll[1], right));
+    c.right = add(scale(roll[0], right), scale(-roll[1], up));
     c.eye = to_units(body.position(upwards, r.height), length_unit(body));
     c.vertical_fov = r.fov * std::numbers::pi / 180;
     c.width = r.width;

@@ -72,8 +72,65 @@ TEST_F(Bench, DeadlineTellsWhoIsLate) {
         EXPECT_LE(row.at("own_p999_ms"), row.at("overrun_p999_ms")) << "without what the machine took";
         EXPECT_GE(row.at("other_sleeps"), 0);
         EXPECT_LE(row.at("within_share").get<double>(), 1 + 1e-9);
+        EXPECT_GT(row.at("pages"), 0) << "a row that follows another one finds pages in memory";
+        EXPECT_GT(row.at("jump_seconds"), 0);
+        if (row.at("within_share") < 0.99) {
+            EXPECT_GT(row.at("longest_over_seconds"), 0);
+        }
     }
     EXPECT_TRUE(contains(contents(path("d.csv")), "late_by_us"));
+}
+
+TEST_F(Bench, RefineCountsWhatTheThreadsDid) {
+    write_raster(path("hills.tif"), hills());
+    ASSERT_EQ(carat("build --layer hills.tif --tolerance 5 -o hills.carat").exit, 0);
+    const Outcome r =
+        carat("bench refine hills.carat --threads 1,2 --diamonds 20 --rounds 3 --csv r.csv --json");
+    ASSERT_EQ(r.exit, 0) << r.err;
+    const auto json = r.json();
+    ASSERT_EQ(json.at("rows").size(), 2u);
+    EXPECT_GT(json.at("diamonds"), 0);
+    EXPECT_LE(json.at("diamonds"), 20);
+    // Four children of 65 * 66 / 2 vertices and heights.
+    EXPECT_NEAR(json.at("bytes_a_diamond").get<double>(), 4 * 2145 * (32 + 4), 0.01 * 4 * 2145 * 36);
+    for (const auto& row : json.at("rows")) {
+        const auto at = [&](const char* key) { return row.at(key).get<double>(); };
+        EXPECT_NEAR(at("samples_per_second") / at("diamonds_per_second"), 4096, 1);
+        EXPECT_NEAR(at("vertices_per_second") / at("diamonds_per_second"), 4 * 2145, 1);
+        EXPECT_GT(at("samples_per_core_second"), 0);
+        EXPECT_NEAR(at("decode_share") + at("build_share"), 1, 1e-6);
+        EXPECT_GT(at("build_share"), 0.05);
+        EXPECT_GT(at("decode_share"), 0.05);
+    }
+}
+
+// The second file has the first one's ground and nine times the rest, out of sight.
+TEST_F(Bench, ScalingCostsNothingForWhatIsOutOfSight) {
+    const auto region = [&](const std::string& name, double west) {
+        const auto height = [west](double lat, double lon) {
+            return 500 + 200 * std::cos(40 * lat) * std::sin(50 * (lon - west)) +
+                   30 * std::cos(400 * lat + 300 * lon);
+        };
+        write_raster(path(name), {300, 300, {west, 0, west + 3, 3}, height});
+        return " --layer " + name;
+    };
+    const std::string here = region("here.tif", 0);
+    std::string layers = here;
+    for (int k = 0; k < 8; ++k) layers += region("far" + std::to_string(k) + ".tif", 140 + 4 * k);
+    ASSERT_EQ(carat("build" + here + " --tolerance 1 -o one.carat").exit, 0);
+    ASSERT_EQ(carat("build" + layers + " --tolerance 1 -o nine.carat").exit, 0);
+    const Outcome r =
+        carat("bench scaling one.carat nine.carat --at 1,1 --frames 30 --size 320x200 --csv s.csv --json");
+    ASSERT_EQ(r.exit, 0) << r.err;
+    const auto rows = r.json();
+    ASSERT_EQ(rows.size(), 2u);
+    const auto ratio = [&](const char* key) {
+        return rows[1].at(key).get<double>() / rows[0].at(key).get<double>();
+    };
+    EXPECT_GT(ratio("bytes"), 4);
+    EXPECT_GT(ratio("diamonds"), 4);
+    for (const char* key : {"triangles", "decoded"}) EXPECT_NEAR(ratio(key), 1, 0.2) << key;
+    EXPECT_GT(rows[0].at("decoded"), 0);
 }
 
 TEST_F(Bench, BuildRunsBesideGdalTranslate) {

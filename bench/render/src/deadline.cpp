@@ -45,9 +45,9 @@ std::vector<double> plain_waits(double budget_ms, int count) {
 }
 
 // From the coarsest cut to the last view of the flight.
-double seconds_to_converge(const std::shared_ptr<const Repository>& repository, const Ellipsoid& body,
-                           const Flight& flight, double budget_ms, const DeadlineOptions& o) {
-    Refiner refiner(repository, o.refiner);
+double seconds_to_converge(const OpenFile& open, const Ellipsoid& body, const Flight& flight,
+                           double budget_ms, const DeadlineOptions& o) {
+    Refiner refiner(open(), o.refiner);
     const View view = view_at(body, flight, flight.duration(), o);
     RefineBudget budget;
     budget.milliseconds = budget_ms;
@@ -81,8 +81,10 @@ LateFrame late_frame(int k, double wall_ms, double budget_ms, const ThreadUsage&
     return out;
 }
 
-DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const Ellipsoid& body,
-                    const FlightPath& named, double budget_ms, const DeadlineOptions& o) {
+DeadlineRow measure(const OpenFile& open, const FlightPath& named, double budget_ms,
+                    const DeadlineOptions& o) {
+    const auto repository = open();
+    const Ellipsoid body = repository->header().ellipsoid();
     const Flight flight(body, named.keyframes);
     Refiner refiner(repository, o.refiner);
     RefineBudget budget;
@@ -93,6 +95,7 @@ DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const E
     row.frames = static_cast<std::size_t>(o.frames);
     std::vector<double> overrun, late, own, error;
     RefinedFrame frame;
+    double over_ms = 0;
     for (int k = 0; k < o.frames; ++k) {
         const View view = view_at(body, flight, frame_time(flight, k, o.frames), o);
         const ThreadUsage before = ThreadUsage::now();
@@ -106,6 +109,9 @@ DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const E
         row.other_sleeps += l.other_sleeps;
         if (l.overrun_ms > kLateMs) row.late_frames.push_back(l);
         error.push_back(frame.counters.worst_error);
+        over_ms = frame.counters.worst_error > o.goal.threshold ? over_ms + wall_ms : 0;
+        row.longest_over_seconds = std::max(row.longest_over_seconds, over_ms / 1000);
+        row.pages += frame.counters.read.pages;
         row.within_share += frame.counters.worst_error <= o.goal.threshold ? 1.0 / o.frames : 0;
         row.converged_share += frame.converged ? 1.0 / o.frames : 0;
         row.greatest_triangles = std::max(row.greatest_triangles, frame.counters.triangles);
@@ -118,7 +124,7 @@ DeadlineRow measure(const std::shared_ptr<const Repository>& repository, const E
     row.own = spread_of(std::move(own));
     row.median_error = spread_of(std::move(error)).median;
     row.wait_overrun = spread_of(plain_waits(budget_ms, o.frames));
-    row.jump_seconds = seconds_to_converge(repository, body, flight, budget_ms, o);
+    row.jump_seconds = seconds_to_converge(open, body, flight, budget_ms, o);
     return row;
 }
 
@@ -151,15 +157,14 @@ Spread spread_of(std::vector<double> v) {
     return {at(0.5), at(0.99), at(0.999), v.back()};
 }
 
-std::vector<DeadlineRow> measure_deadlines(const std::shared_ptr<const Repository>& repository,
-                                           const std::vector<FlightPath>& flights, const DeadlineOptions& o) {
-    const Ellipsoid body = repository->header().ellipsoid();
+std::vector<DeadlineRow> measure_deadlines(const OpenFile& open, const std::vector<FlightPath>& flights,
+                                           const DeadlineOptions& o) {
     std::vector<DeadlineRow> rows;
     for (const FlightPath& flight : flights)
         for (const double budget : o.budgets_ms) {
             if (o.progress && !o.progress(flight.name, rows.size(), flights.size() * o.budgets_ms.size()))
                 return rows;
-            rows.push_back(measure(repository, body, flight, budget, o));
+            rows.push_back(measure(open, flight, budget, o));
         }
     return rows;
 }

@@ -60,6 +60,27 @@ TEST(View, LocalFrameAgreesWithGeographicLib) {
         }
 }
 
+// Clockwise: the camera's top leans to the right, so what is up in the world leans to the left of the
+// picture.
+TEST(View, RollTurnsTheCameraAboutItsAxis) {
+    ViewRequest r;
+    r.eye = {31, 52};
+    r.heading = 40;
+    r.pitch = -20;
+    const Camera level = make_camera(Ellipsoid::earth(), r);
+    r.roll = 90;
+    const Camera rolled = make_camera(Ellipsoid::earth(), r);
+    expect_near(rolled.forward, level.forward, 0);
+    expect_near(rolled.up, level.right, 1e-15);
+    r.roll = 30;
+    const View view(Ellipsoid::earth(), r);
+    Vec3 above = view.eye();
+    for (std::size_t k = 0; k < 3; ++k) above[k] += 10 * level.forward[k] + level.up[k];
+    expect_near(view.to_screen_axes(above), {-0.5, std::sqrt(3) / 2, 10}, 1e-8);
+    r.roll = std::numeric_limits<double>::infinity();
+    EXPECT_THROW(make_camera(Ellipsoid::earth(), r), Error);
+}
+
 TEST(View, LongitudeDecidesNorthAtThePoles) {
     ViewRequest r;
     r.eye = {90, 30};

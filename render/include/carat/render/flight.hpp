@@ -5,10 +5,14 @@
 //             each factor of height; the base linear
 //   speed     over ground in proportion to height above the base: the fraction of the way flown is (r^u - 1)/
 //             (r - 1), r the ratio of the heights and u the fraction of the time, in the limit u for r = 1
-//   angles    heading by the shorter way, pitch and fov linear in time
-//   ends      time is eased over the first and last tenth of the path, at most a second each
+//   angles    heading and roll by the shorter way, pitch and fov: monotone cubics (Fritsch and Butland 1984),
+//   so
+//             turns have no jerks at keyframes and never swing beyond them; linear between two
+//   ends      from rest and to rest, over at most four tenths of the path, four seconds and one segment each
+//   times     the eye is at each keyframe at its time
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "carat/render/view.hpp"
@@ -21,6 +25,7 @@ struct Keyframe {
     double height = 0;                          // metres above the ellipsoid, > base
     double base = 0;                            // metres above the ellipsoid: the ground near the ground
     double heading = 0, pitch = -90, fov = 45;  // degrees
+    double roll = 0;                            // degrees
 };
 
 class Flight {
@@ -39,11 +44,18 @@ class Flight {
         double distance = 0;  // metres
         double azimuth = 0;   // degrees, at the segment's begin
     };
+    // An angle over the keyframes: values and rates there.
+    struct Turn {
+        std::vector<double> value, rate;  // degrees, degrees a second
+    };
+    Turn turn(double Keyframe::*angle, bool by_shorter_way) const;
+    double at(const Turn& turn, std::size_t segment, double u) const;
     double eased(double time) const;
 
     double a_, f_;  // of the body
     std::vector<Keyframe> keys_;
     std::vector<Segment> segments_;
+    Turn heading_, pitch_, fov_, roll_;
 };
 
 }  // namespace carat

@@ -4,6 +4,7 @@
 //   heading  degrees clockwise from north; at a pole the longitude decides where north is (towards the
 //            meridian of that longitude at the south pole, away from it at the north pole)
 //   pitch    degrees up from the horizon, -90 looks straight down
+//   roll     degrees clockwise that the camera is turned about its axis: the horizon's right end rises
 //   screen   x = right . v, y = up . v, z = forward . v for v = point - eye; a point is on screen if z > 0,
 //            |x| <= z tan_x and |y| <= z tan_y
 #pragma once
@@ -15,12 +16,13 @@
 
 namespace carat {
 
-// The options --eye, --heading, --pitch, --fov and --size.
+// The options --eye, --heading, --pitch, --roll, --fov and --size.
 struct ViewRequest {
     Geodetic eye;                          // degrees
     double height = 0;                     // metres above the ellipsoid
     double heading = 0;                    // degrees
     double pitch = -90;                    // degrees, [-90, 90]
+    double roll = 0;                       // degrees
     double fov = 45;                       // degrees, vertical, (0, 180)
     int width = 1280, image_height = 720;  // pixels, [1, 65536]
 };

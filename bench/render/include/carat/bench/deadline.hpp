@@ -58,7 +58,10 @@ struct DeadlineRow {
     double median_error = 0;     // pixels: worst error bound among the drawn patches
     std::uint64_t greatest_triangles = 0, forced_coarse = 0;
     double decoded = 0, uploads = 0;  // a frame
-    double jump_seconds = 0;          // to convergence from the coarsest cut at the flight's end
+    std::uint64_t pages = 0;          // read by all frames: the first finds none in memory
+    double longest_over_seconds =
+        0;                    // wall clock: the longest run of frames with a patch above the threshold
+    double jump_seconds = 0;  // to convergence at the flight's end from the coarsest cut, no page in memory
 };
 
 struct DeadlineOptions {
@@ -69,8 +72,9 @@ struct DeadlineOptions {
     std::function<bool(const std::string&, std::size_t, std::size_t)> progress;  // false: stop
 };
 
-std::vector<DeadlineRow> measure_deadlines(const std::shared_ptr<const Repository>& repository,
-                                           const std::vector<FlightPath>& flights,
+// Opens the file anew, with an empty cache: once for each row, and once for each jump.
+using OpenFile = std::function<std::shared_ptr<const Repository>()>;
+std::vector<DeadlineRow> measure_deadlines(const OpenFile& open, const std::vector<FlightPath>& flights,
                                            const DeadlineOptions& options);
 
 // The cost of a converged flight, a frame.
