@@ -10,6 +10,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "lanes-inl.hpp"
+
 #if HWY_ARCH_X86
 #include <immintrin.h>
 #endif
@@ -155,10 +157,7 @@ void NonzeroBits(const std::int32_t* values, std::size_t count, std::uint64_t* w
 #if HWY_TARGET != HWY_SCALAR
         const hn::ScalableTag<std::int32_t> d;
         for (; k + hn::Lanes(d) <= some && hn::Lanes(d) % 8 == 0; k += hn::Lanes(d)) {
-            std::uint64_t bits = 0;
-            hn::StoreMaskBits(d, hn::Ne(hn::LoadU(d, values + begin + k), hn::Zero(d)),
-                              reinterpret_cast<std::uint8_t*>(&bits));
-            word |= bits << k;
+            word |= mask_bits(d, hn::Ne(hn::LoadU(d, values + begin + k), hn::Zero(d))) << k;
         }
 #endif
         for (; k < some; ++k) word |= std::uint64_t{values[begin + k] != 0 ? 1u : 0u} << k;

@@ -37,6 +37,20 @@ HWY_INLINE void for_lanes(std::ptrdiff_t begin, std::ptrdiff_t end, F f) {
     for (; k < end; ++k) f(one, k);
 }
 
+// One bit a lane, the first one lowest. g++ 12.2 may widen a mask of 32 bits while it is in a mask register,
+// spill four bytes of it and read eight back: seen under ThreadSanitizer, whose calls leave no register. What
+// is in a general register is widened there.
+template <class D>
+HWY_INLINE std::uint64_t mask_bits(D d, hn::Mask<D> mask) {
+    static_assert(hn::MaxLanes(D()) <= 32);
+    std::uint32_t bits = 0;
+    hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
+#if HWY_COMPILER_GCC_ACTUAL
+    __asm__("" : "+r"(bits));
+#endif
+    return bits;
+}
+
 template <class DU>
 HWY_INLINE hn::Vec<DU> load_unsigned(DU du, const std::int32_t* p) {
     return hn::BitCast(du, hn::LoadU(hn::RebindToSigned<DU>(), p));

@@ -4,14 +4,12 @@
 #include <cstring>
 #include <type_traits>
 
-// Bodies of vector loops must not become calls.
-#undef CARAT_INLINE_LAMBDA
-#define CARAT_INLINE_LAMBDA __attribute__((always_inline))
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "range_kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+
+#include "lanes-inl.hpp"
 
 #if HWY_ARCH_X86
 #include <immintrin.h>
@@ -300,13 +298,6 @@ bool DecodeTokens(const RangeTables::Model::Buckets& buckets, int states, StateR
 }
 
 // ---- indices ----
-
-template <class D>
-HWY_INLINE std::uint64_t mask_bits(D d, hn::Mask<D> mask) {
-    std::uint64_t bits = 0;
-    hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
-    return bits;
-}
 
 TokenCensus TakeCensus(const std::uint8_t* token, std::size_t count, std::uint16_t* big) {
     TokenCensus sum{0, 0};
