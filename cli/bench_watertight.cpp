@@ -1,6 +1,7 @@
 // carat bench watertight: no background where there must be ground.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <filesystem>
@@ -8,11 +9,11 @@
 #include <nlohmann/json.hpp>
 
 #include "bench.hpp"
+#include "carat/bench/certain_ground.hpp"
 #include "carat/bench/random_views.hpp"
 #include "carat/globe/error.hpp"
 #include "carat/preprocess/build.hpp"
 #include "carat/render/refiner.hpp"
-#include "carat/render/visibility.hpp"
 #include "carat/synth/synth.hpp"
 #include "carat/vulkan/renderer.hpp"
 #include "interrupt.hpp"
@@ -31,7 +32,7 @@ struct Options {
     std::vector<std::string> files;
     int views = 10'000;
     unsigned seed = 1;
-    std::array<int, 2> size{96, 72};
+    std::vector<std::array<int, 2>> sizes{{96, 72}, {128, 128}, {200, 100}};  // in turn
     std::optional<Geodetic> place;
     RendererOptions renderer;
     bool json = false, control = false;
@@ -39,8 +40,9 @@ struct Options {
 
 struct Row {
     std::string file;
-    std::uint64_t views = 0, pixels = 0, holes = 0, triangles = 0;
+    std::uint64_t views = 0, pixels = 0, judged = 0, holes = 0, triangles = 0;
     double tolerance = 0;
+    std::array<double, 2> error{1e9, 0};  // pixels asked for, least and greatest
     std::string first_hole;
 };
 
@@ -75,36 +77,6 @@ std::string make_planet(const TestPlanet& p, const std::filesystem::path& folder
     return build.output.string();
 }
 
-// Whether the ray through a pixel's centre meets the ellipsoid that lies below all that is drawn.
-class Ground {
-  public:
-    Ground(const View& view, const Ellipsoid& body, double depth)
-        : view_(view),
-          shrink_(1 - depth / body.b()),
-          scale_{1 / (shrink_ * body.a()), 1 / (shrink_ * body.a()), 1 / (shrink_ * body.b())} {}
-
-    bool below(int x, int y) const {
-        if (!(shrink_ > 0)) return false;
-        const Camera& c = view_.camera();
-        const double right = (x + 0.5 - c.width / 2.0) / view_.focal_pixels(),
-                     up = (c.height / 2.0 - y - 0.5) / view_.focal_pixels();
-        double dd = 0, od = 0, oo = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const double d = scale_[k] * (c.forward[k] + right * c.right[k] + up * c.up[k]),
-                         o = scale_[k] * view_.eye()[k];
-            dd += d * d;
-            od += o * d;
-            oo += o * o;
-        }
-        return oo > 1 && od < 0 && od * od > dd * (oo - 1);
-    }
-
-  private:
-    View view_;
-    double shrink_;
-    Vec3 scale_;
-};
-
 class Watertight {
   public:
     Watertight(const Options& o, const std::string& file, std::uint64_t views)
@@ -113,7 +85,7 @@ class Watertight {
           repository_(Repository::open(file)),
           body_(repository_->header().ellipsoid()),
           refiner_(repository_),
-          source_(repository_, o.seed, o.size[0], o.size[1], o.place),
+          source_(repository_, o.seed, o.sizes[0][0], o.sizes[0][1], o.place),
           random_(o.seed) {
         RendererOptions options = o.renderer;
         options.cells = repository_->header().cells();
@@ -138,17 +110,19 @@ class Watertight {
 
   private:
     struct Shot {
-        Ground ground;
+        bench::CertainGround ground;
         std::string name;
     };
 
     void shoot() {
-        const ViewRequest where = source_.next();
+        ViewRequest where = source_.next();
+        const std::array<int, 2>& size = o_.sizes[row_.views % o_.sizes.size()];
+        where.width = size[0];
+        where.image_height = size[1];
         const View view(body_, where);
         const double threshold = std::exp(std::uniform_real_distribution<double>(0, std::log(16.0))(random_));
+        row_.error = {std::min(row_.error[0], threshold), std::max(row_.error[1], threshold)};
         const RepositoryHeader& h = repository_->header();
-        const Visibility visibility(view, body_, h.min_height * h.quantum, h.max_height * h.quantum,
-                                    threshold);
         const RefinedFrame frame = refiner_.frame(view, {threshold, 0});
         row_.triangles += frame.counters.triangles;
         DrawRequest request;
@@ -160,24 +134,25 @@ class Watertight {
         if (o_.control) patches.erase(patches.begin() + static_cast<std::ptrdiff_t>(patches.size() / 2));
         renderer_->submit(request, patches);
         shots_.push_back(
-            {Ground(view, body_, visibility.horizon_depth()),
-             fmt::format(
-                 "--eye {:.9f},{:.9f},{:.3f} --heading {:.4f} --pitch {:.4f} --fov {:.4f} --error {:.4f}",
-                 where.eye.latitude, where.eye.longitude, where.height, where.heading, where.pitch, where.fov,
-                 threshold)});
+            {bench::CertainGround(view, body_, h.min_height * h.quantum, frame.counters.worst_error),
+             fmt::format("--eye {:.9f},{:.9f},{:.3f} --heading {:.4f} --pitch {:.4f} --fov {:.4f} "
+                         "--size {}x{} --error {:.4f}",
+                         where.eye.latitude, where.eye.longitude, where.height, where.heading, where.pitch,
+                         where.fov, size[0], size[1], threshold)});
     }
 
     void judge() {
         const Frame frame = renderer_->collect();
         const Shot shot = std::move(shots_.front());
         shots_.pop_front();
-        for (int y = 0; y < o_.size[1]; ++y)
-            for (int x = 0; x < o_.size[0]; ++x) {
-                if (!shot.ground.below(x, y)) continue;
-                ++row_.pixels;
+        for (int y = 0; y < frame.colour.height; ++y)
+            for (int x = 0; x < frame.colour.width; ++x) {
                 const float* const p = frame.colour.at(x, y);
                 const bool magenta = p[0] == 1 && p[1] == 0 && p[2] == 1;
-                if (p[3] == 1 && !magenta) continue;
+                const bool ground = p[3] == 1 && !magenta, certain = shot.ground.holds(x, y);
+                row_.pixels += ground || certain;
+                row_.judged += certain;
+                if (ground || !certain) continue;
                 if (row_.holes++ == 0) row_.first_hole = fmt::format("pixel {},{} of {}", x, y, shot.name);
             }
     }
@@ -198,8 +173,8 @@ int report(const Options& o, const std::vector<Row>& rows) {
     std::uint64_t holes = 0;
     Json json = Json::array();
     if (!o.json)
-        fmt::print("{:<32} {:>9} {:>7} {:>13} {:>14} {:>6}\n", "file", "tolerance", "views", "pixels",
-                   "triangles", "holes");
+        fmt::print("{:<32} {:>9} {:>7} {:>14} {:>13} {:>6} {:>14} {:>6}\n", "file", "tolerance", "views",
+                   "ground pixels", "judged", "%", "triangles", "holes");
     for (const Row& r : rows) {
         holes += r.holes;
         const std::string name = std::filesystem::path(r.file).filename().string();
@@ -207,14 +182,18 @@ int report(const Options& o, const std::vector<Row>& rows) {
             json.push_back({{"file", name},
                             {"tolerance_m", r.tolerance},
                             {"views", r.views},
+                            {"sizes", std::min<std::uint64_t>(r.views, o.sizes.size())},
+                            {"error_px", r.error},
                             {"pixels", r.pixels},
+                            {"judged", r.judged},
                             {"triangles", r.triangles},
                             {"holes", r.holes},
                             {"first_hole", r.first_hole}});
         else
-            fmt::print("{:<32} {:>9} {:>7} {:>13} {:>14} {:>6}{}\n", name, r.tolerance, r.views,
-                       grouped(r.pixels), grouped(r.triangles), r.holes,
-                       r.holes > 0 ? "  " + r.first_hole : "");
+            fmt::print("{:<32} {:>9} {:>7} {:>14} {:>13} {:>6.1f} {:>14} {:>6}{}\n", name, r.tolerance,
+                       r.views, grouped(r.pixels), grouped(r.judged),
+                       100 * static_cast<double>(r.judged) / static_cast<double>(r.pixels),
+                       grouped(r.triangles), r.holes, r.holes > 0 ? "  " + r.first_hole : "");
     }
     if (o.json) fmt::print("{}\n", json.dump(2));
     return holes == 0 ? kSuccess : kFailure;
@@ -244,9 +223,10 @@ int run(Options o, const Globals& globals) {
 
 constexpr const char* kFooter = R"(
 Draws random views (from orbit, oblique, grazing, near the ground; anywhere, and at poles, cube corners and edges and
-the antimeridian; 1 to 16 pixels of error) before a magenta background, and counts background pixels whose ray meets
-the ellipsoid below all ground. Without FILE it makes four planets of 17 x 17 diamonds: an earth, a moon, one of spikes, one
-of cliffs along the cube's edges. The exit status is 1 if there is a hole.
+the antimeridian; 1 to 16 pixels of error) before a magenta background, and counts background pixels that must show
+ground: their ray meets the ellipsoid lowered by the file's least height and by what the view's error allows at that distance.
+Prints how many pixels could be judged so, of all that show ground. Without FILE it makes four planets of 17 x 17 diamonds: an
+earth, a moon, one of spikes, one of cliffs along the cube's edges. The exit status is 1 if there is a hole.
 
 Examples:
   carat bench watertight
@@ -261,8 +241,12 @@ void add_bench_watertight(CLI::App& app, Globals& globals) {
     sub.add_option("FILE", o->files, "Files to draw (default: planets made for it)");
     sub.add_option("--views", o->views, "In all (default 10000)")->check(between(1, 100'000'000));
     sub.add_option("--seed", o->seed, "Of the views (default 1)");
-    add_value(sub, "--size", "WxH", "Pixels (default 96x72)",
-              [o](const std::string& text) { o->size = parse_picture_size(text); });
+    add_value(sub, "--size", "WxH[,WxH...]", "Pixels, in turn (default 96x72,128x128,200x100)",
+              [o](const std::string& text) {
+                  o->sizes.clear();
+                  for (const std::string& size : parse_files(text))
+                      o->sizes.push_back(parse_picture_size(size));
+              });
     add_value(sub, "--at", "LAT,LON", "Half of the views are near this place", [o](const std::string& text) {
         const auto v = parse_numbers(text, 2);
         o->place = Geodetic{v[0], v[1]};

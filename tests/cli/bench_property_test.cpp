@@ -1,4 +1,6 @@
 // The benchmarks of the runtime, in short: what they say of a planet holds, and they notice what does not.
+#include <set>
+
 #include "program.hpp"
 #include "rasters.hpp"
 
@@ -10,19 +12,25 @@ using Bench = Program;
 #define CARAT_NEEDS_VULKAN(outcome) \
     if ((outcome).exit != 0 && contains((outcome).err, "(unsupported)")) GTEST_SKIP() << (outcome).err
 
+// 240 views of four planets of different tolerance, in four picture sizes, from 1 to 16 pixels of error.
 TEST_F(Bench, WatertightFindsNoHoleInFourPlanets) {
-    const Outcome r = carat("bench watertight --views 60 --json");
+    const Outcome r = carat("bench watertight --views 240 --size 96x72,128x128,200x100,61x160 --json");
     CARAT_NEEDS_VULKAN(r);
     ASSERT_EQ(r.exit, 0) << r.out << r.err;
-    std::uint64_t views = 0;
+    std::set<double> tolerances;
     const auto rows = r.json();
     ASSERT_EQ(rows.size(), 4u);
     for (const auto& row : rows) {
         EXPECT_EQ(row.at("holes"), 0) << row;
-        EXPECT_GT(row.at("pixels"), 20'000) << row;
-        views += row.at("views").get<std::uint64_t>();
+        EXPECT_EQ(row.at("views"), 60) << row;
+        EXPECT_EQ(row.at("sizes"), 4) << row;
+        EXPECT_LT(row.at("error_px").at(0), 2) << row;
+        EXPECT_GT(row.at("error_px").at(1), 12) << row;
+        EXPECT_GT(row.at("pixels"), 500'000) << row;
+        EXPECT_GT(row.at("judged").get<double>(), 0.9 * row.at("pixels").get<double>()) << row;
+        tolerances.insert(row.at("tolerance_m").get<double>());
     }
-    EXPECT_EQ(views, 60u);
+    EXPECT_EQ(tolerances.size(), 4u);
 }
 
 TEST_F(Bench, WatertightFindsAMissingPatch) {

@@ -38,28 +38,39 @@ class Watertight : public RendererTest {
     void SetUp() override { RecordProperty("seed", static_cast<int>(kSeed)); }
 };
 
+// Random cuts of three bodies in three sizes, without regard to any threshold: neighbours of any levels.
+// Files with their own cuts: carat bench watertight, tests/cli/bench_property_test.cpp.
 TEST_F(Watertight, NoBackgroundBehindRaysThatHitTheLoweredEllipsoid) {
-    constexpr int kCells = 16, kSize = 128;
-    Renderer& gpu = renderer(body, kCells);
-    DrawRequest request;
-    request.background = {1, 0, 1};
-    request.light.ambient = 1;
+    constexpr int kCells = 16;
+    struct Case {
+        Ellipsoid body;
+        int width, height;
+    };
     std::uint64_t pixels = 0;
-    for (int planet = 0; planet < 5; ++planet) {
-        const Patches patches = make_meshes(body, random_cut(9, 12, random), kCells, rough);
-        // Coarse triangles lie up to their sagitta below the lowest heights: 600 km cells at level 0.
-        const double lowered = kLowest - 8000;
-        for (int shot = 0; shot < 40; ++shot) {
-            request.camera = random_camera(body, random, kSize, kSize);
-            const Frame frame = gpu.draw(request, patches);
-            const Vec3 eye = eye_metres(body, request.camera);
-            for (int y = 0; y < kSize; ++y) {
-                for (int x = 0; x < kSize; ++x) {
-                    if (!hit(body, lowered, eye, ray(request.camera, x + 0.5, y + 0.5))) continue;
-                    ++pixels;
-                    ASSERT_EQ(frame.colour.at(x, y)[3], 1)
-                        << "hole at " << x << ", " << y << ", planet " << planet << ", shot " << shot
-                        << ", seed " << kSeed;
+    for (const Case& c : {Case{Ellipsoid::earth(), 128, 128}, Case{Ellipsoid::moon(), 160, 90},
+                          Case{Ellipsoid::mars(), 100, 144}}) {
+        Renderer& gpu = renderer(c.body, kCells);
+        DrawRequest request;
+        request.background = {1, 0, 1};
+        request.light.ambient = 1;
+        const double size = c.body.a() / Ellipsoid::earth().a();
+        for (int planet = 0; planet < 2; ++planet) {
+            const Patches patches = make_meshes(c.body, random_cut(9, 12, random), kCells,
+                                                [&](const Vec3& n) { return size * rough(n); });
+            // Coarse triangles lie up to their sagitta below the lowest heights: 600 km cells at level 0.
+            const double lowered = size * (kLowest - 8000);
+            for (int shot = 0; shot < 34; ++shot) {
+                request.camera = random_camera(c.body, random, c.width, c.height);
+                const Frame frame = gpu.draw(request, patches);
+                const Vec3 eye = eye_metres(c.body, request.camera);
+                for (int y = 0; y < c.height; ++y) {
+                    for (int x = 0; x < c.width; ++x) {
+                        if (!hit(c.body, lowered, eye, ray(request.camera, x + 0.5, y + 0.5))) continue;
+                        ++pixels;
+                        ASSERT_EQ(frame.colour.at(x, y)[3], 1)
+                            << "hole at " << x << ", " << y << ", " << c.body.name() << ", shot " << shot
+                            << ", seed " << kSeed;
+                    }
                 }
             }
         }
