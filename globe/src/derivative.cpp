@@ -17,45 +17,59 @@ constexpr double kMargin = 1.02;  // between places 2.8 degrees apart and direct
 Vec3 difference(const Vec3& p, const Vec3& q) { return {p[0] - q[0], p[1] - q[1], p[2] - q[2]}; }
 double length(const Vec3& p) { return std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]); }
 
-// Surface point at face angles (phi, psi) about the axis of a face; tan continues smoothly beyond the face's
-// border.
-Vec3 surface_point(const Ellipsoid& body, int face, double phi, double psi) {
+// Surface point at a place of a face, given by the tangents of its angles.
+Vec3 surface_point_at(const Ellipsoid& body, int face, double u, double v) {
     Vec3 w{};
     w[static_cast<std::size_t>(face_axis(face))] = face_sign(face);
-    w[static_cast<std::size_t>(face_u_axis(face))] = std::tan(phi);
-    w[static_cast<std::size_t>(face_v_axis(face))] = std::tan(psi);
+    w[static_cast<std::size_t>(face_u_axis(face))] = u;
+    w[static_cast<std::size_t>(face_v_axis(face))] = v;
     const double l = length(w);
     return body.position({w[0] / l, w[1] / l, w[2] / l}, 0);
 }
 
-// Weights of the three second derivatives in the one along a direction: cos^2, 2 cos sin, sin^2.
-std::array<Vec3, kFineDirections> direction_weights() {
-    std::array<Vec3, kFineDirections> out{};
-    for (std::size_t k = 0; k < kFineDirections; ++k) {
-        const double angle = std::numbers::pi * static_cast<double>(k) / kFineDirections;
-        const double c = std::cos(angle), s = std::sin(angle);
-        out[k] = {c * c, 2 * c * s, s * s};
-    }
-    return out;
+// Surface point at face angles (phi, psi) about the axis of a face; tan continues smoothly beyond the face's
+// border.
+Vec3 surface_point(const Ellipsoid& body, int face, double phi, double psi) {
+    return surface_point_at(body, face, std::tan(phi), std::tan(psi));
 }
+
+// Weights of the three second derivatives in the one along a direction: cos^2, 2 cos sin, sin^2.
+struct DirectionWeights {
+    std::array<double, kFineDirections> uu{}, uv{}, vv{};
+
+    DirectionWeights() {
+        for (std::size_t k = 0; k < kFineDirections; ++k) {
+            const double angle = std::numbers::pi * static_cast<double>(k) / kFineDirections;
+            const double c = std::cos(angle), s = std::sin(angle);
+            uu[k] = c * c;
+            uv[k] = 2 * c * s;
+            vv[k] = s * s;
+        }
+    }
+};
 
 // Greatest length of the second derivative over directions.
 double greatest_second(const Vec3& uu, const Vec3& uv, const Vec3& vv) {
-    static const std::array<Vec3, kFineDirections> weights = direction_weights();
-    double greatest = 0;  // squared
-    for (const Vec3& w : weights) {
-        double squared = 0;
-        for (std::size_t i = 0; i < 3; ++i) {
-            const double along = uu[i] * w[0] + uv[i] * w[1] + vv[i] * w[2];
-            squared += along * along;
+    static const DirectionWeights weights;
+    std::array<double, kFineDirections> squared{};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < kFineDirections; ++k) {
+            const double along = uu[i] * weights.uu[k] + uv[i] * weights.uv[k] + vv[i] * weights.vv[k];
+            squared[k] += along * along;
         }
-        greatest = std::max(greatest, squared);
-    }
-    return std::sqrt(greatest);
+    return std::sqrt(*std::max_element(squared.begin(), squared.end()));
 }
 
 double second_derivative(const Ellipsoid& body, int face, double phi, double psi) {
-    const auto at = [&](int i, int j) { return surface_point(body, face, phi + i * kStep, psi + j * kStep); };
+    std::array<double, 3> u{}, v{};
+    for (std::size_t k = 0; k < 3; ++k) {
+        u[k] = std::tan(phi + (static_cast<double>(k) - 1) * kStep);
+        v[k] = std::tan(psi + (static_cast<double>(k) - 1) * kStep);
+    }
+    const auto at = [&](int i, int j) {
+        return surface_point_at(body, face, u[static_cast<std::size_t>(i + 1)],
+                                v[static_cast<std::size_t>(j + 1)]);
+    };
     const Vec3 centre = at(0, 0);
     const auto bend = [&](const Vec3& plus, const Vec3& minus) {
         return difference(difference(plus, centre), difference(centre, minus));

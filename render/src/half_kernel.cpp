@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstddef>
+#include <limits>
 
 #include "carat/globe/patch.hpp"
 
@@ -34,42 +35,9 @@ void NormalsAndGround(double a2, double b2, const Places& w, Places& normals, Pl
     }
 }
 
-// Of heights, several at a time. Differences are exact in 32 bits without sign.
-template <class D32>
-struct Extent {
-    using U = hn::RebindToUnsigned<D32>;
-    hn::Vec<D32> least, greatest;
-    hn::Vec<U> most = hn::Zero(U());
-
-    explicit Extent(std::int32_t start) : least(hn::Set(D32(), start)), greatest(least) {}
-    HWY_INLINE void widen(hn::Vec<D32> x, hn::Vec<D32> y) {
-        const auto high = hn::BitCast(U(), hn::Max(x, y)), low = hn::BitCast(U(), hn::Min(x, y));
-        most = hn::Max(most, hn::Sub(high, low));
-    }
-    // Cells of one row. main: the first one's diagonal; they alternate.
-    HWY_INLINE void cells(const std::int32_t* row, const std::int32_t* next, bool main) {
-        const D32 d;
-        const auto other = hn::Eq(hn::And(hn::Iota(d, 0), hn::Set(d, 1)), hn::Set(d, main ? 1 : 0));
-        const auto p = hn::LoadU(d, row), t = hn::LoadU(d, row + 1), q = hn::LoadU(d, next),
-                   s = hn::LoadU(d, next + 1);
-        least = hn::Min(least, p);
-        greatest = hn::Max(greatest, p);
-        widen(p, t);
-        widen(p, q);
-        widen(hn::IfThenElse(other, t, p), hn::IfThenElse(other, q, s));
-    }
-    // r cells, at least as many as lanes; the last ones perhaps twice.
-    HWY_INLINE void row(const std::int32_t* row, const std::int32_t* next, int r) {
-        const int lanes = static_cast<int>(hn::Lanes(D32()));
-        for (int c = 0; c + lanes < r; c += lanes) cells(row + c, next + c, main_diagonal(r, c));
-        cells(row + r - lanes, next + r - lanes, main_diagonal(r, r - lanes));
-    }
-    void add_to(WholeRange& out) const {
-        out.least = std::min(out.least, hn::GetLane(hn::MinOfLanes(D32(), least)));
-        out.greatest = std::max(out.greatest, hn::GetLane(hn::MaxOfLanes(D32(), greatest)));
-        out.in_triangle = std::max(out.in_triangle, hn::GetLane(hn::MaxOfLanes(U(), most)));
-    }
-};
+// The greatest range within a triangle is the greatest difference along an edge: of each cell (r, c) its
+// first row, its first column and its diagonal; of the cells on the half's diagonal, c = r, no first row, and
+// the last row's edges besides.
 
 HWY_INLINE void widen(WholeRange& out, std::int32_t x, std::int32_t y) {
     const auto [low, high] = std::minmax(x, y);
@@ -79,35 +47,108 @@ HWY_INLINE void widen(WholeRange& out, std::int32_t x, std::int32_t y) {
         std::max(out.in_triangle, static_cast<std::uint32_t>(high) - static_cast<std::uint32_t>(low));
 }
 
-// The greatest range within a triangle is the greatest difference along an edge: of each cell, its first row,
-// its first column and its diagonal; the last column and row belong to other cells or are the half's own
-// edge.
-void Range32(const std::int32_t* heights, int cells, WholeRange& result) {
+WholeRange plain_range(const std::int32_t* heights, int cells) {
     WholeRange out{heights[0], heights[0], 0};
-    using Wide = hn::ScalableTag<std::int32_t>;
-    Extent<Wide> wide(heights[0]);
-    Extent<hn::CappedTag<std::int32_t, 4>> narrow(heights[0]);
-    const int wide_lanes = static_cast<int>(hn::Lanes(Wide())), narrow_lanes = std::min(4, wide_lanes);
     const std::int32_t* row = heights;
     for (int r = 0; r < cells; row += ++r) {
         const std::int32_t* const next = row + r + 1;
-        if (r >= wide_lanes)
-            wide.row(row, next, r);
-        else if (r >= narrow_lanes)
-            narrow.row(row, next, r);
-        else
-            for (int c = 0; c < r; ++c) {
-                widen(out, row[c], row[c + 1]);
-                widen(out, row[c], next[c]);
-                main_diagonal(r, c) ? widen(out, row[c], next[c + 1]) : widen(out, row[c + 1], next[c]);
-            }
-        widen(out, row[r], next[r]);
-        widen(out, row[r], next[r + 1]);
+        for (int c = 0; c <= r; ++c) {
+            if (c < r) widen(out, row[c], row[c + 1]);
+            widen(out, row[c], next[c]);
+            main_diagonal(r, c) ? widen(out, row[c], next[c + 1]) : widen(out, row[c + 1], next[c]);
+        }
     }
     for (int c = 0; c < cells; ++c) widen(out, row[c], row[c + 1]);
-    wide.add_to(out);
-    narrow.add_to(out);
-    result = out;
+    return out;
+}
+
+// As many columns as lanes, row by row. Differences are right where they fit 31 bits.
+struct Strip {
+    using D32 = hn::ScalableTag<std::int32_t>;
+    using V32 = hn::Vec<D32>;
+    using Mask = hn::Mask<D32>;
+
+    V32 least, greatest, most = hn::Zero(D32());
+    V32 p, t;  // the row's heights, and those to the right
+
+    HWY_INLINE Strip(std::int32_t start, const std::int32_t* row)
+        : least(hn::Set(D32(), start)),
+          greatest(least),
+          p(hn::LoadU(D32(), row)),
+          t(hn::LoadU(D32(), row + 1)) {}
+
+    static HWY_INLINE V32 apart(V32 x, V32 y) { return hn::Abs(hn::Sub(x, y)); }
+
+    // On to the next row. other: where the cell's diagonal is not its main one.
+    HWY_INLINE void step(const std::int32_t* next, Mask other) {
+        const D32 d;
+        const V32 q = hn::LoadU(d, next), s = hn::LoadU(d, next + 1);
+        least = hn::Min(least, p);
+        greatest = hn::Max(greatest, p);
+        most = hn::Max(most, apart(p, t));
+        most = hn::Max(most, apart(p, q));
+        most = hn::Max(most, apart(hn::IfThenElse(other, t, p), hn::IfThenElse(other, q, s)));
+        p = q;
+        t = s;
+    }
+    // The same where the row ends after the lane `end`.
+    HWY_INLINE void partial_step(const std::int32_t* next, Mask other, int end) {
+        const D32 d;
+        const V32 lane = hn::Iota(d, 0), last = hn::Set(d, end);
+        const Mask inside = hn::Lt(lane, last), on = hn::Or(inside, hn::Eq(lane, last));
+        const V32 q = hn::LoadU(d, next), s = hn::LoadU(d, next + 1);
+        least = hn::Min(least, hn::IfThenElse(on, p, least));
+        greatest = hn::Max(greatest, hn::IfThenElse(on, p, greatest));
+        most = hn::Max(most, hn::IfThenElseZero(inside, apart(p, t)));
+        most = hn::Max(most, hn::IfThenElseZero(on, apart(p, q)));
+        const V32 across = apart(hn::IfThenElse(other, t, p), hn::IfThenElse(other, q, s));
+        most = hn::Max(most, hn::IfThenElseZero(on, across));
+        p = q;
+        t = s;
+    }
+    // The half's last row.
+    HWY_INLINE void end(WholeRange& out) {
+        const D32 d;
+        least = hn::Min(least, p);
+        greatest = hn::Max(greatest, p);
+        most = hn::Max(most, apart(p, t));
+        out.least = std::min(out.least, hn::GetLane(hn::MinOfLanes(d, least)));
+        out.greatest = std::max(out.greatest, hn::GetLane(hn::MaxOfLanes(d, greatest)));
+        out.in_triangle =
+            std::max(out.in_triangle, static_cast<std::uint32_t>(hn::GetLane(hn::MaxOfLanes(d, most))));
+    }
+};
+
+// Lanes beyond a row's end hold heights of the next rows, which exist: the strip's last row is full.
+void Range32(const std::int32_t* heights, int cells, WholeRange& result) {
+    const Strip::D32 d;
+    const int lanes = static_cast<int>(hn::Lanes(d));
+    if (lanes == 1 || cells % lanes != 0) {
+        result = plain_range(heights, cells);
+        return;
+    }
+    const std::int32_t corner = heights[half_vertex_count(cells) - 1];
+    WholeRange out{corner, corner, 0};
+    // Strips start at even columns, so that a row's first diagonal tells by its parity.
+    const auto odd_lane = hn::Ne(hn::And(hn::Iota(d, 0), hn::Set(d, 1)), hn::Zero(d)),
+               even_lane = hn::Not(odd_lane);
+    for (int c = 0; c < cells; c += lanes) {
+        const std::int32_t* row = heights + half_vertex_index(c, c);
+        Strip strip(corner, row);
+        int r = c;
+        for (; r < c + lanes; ++r) {
+            row += r + 1;
+            strip.partial_step(row, r % 2 == 0 ? odd_lane : even_lane, r - c);
+        }
+        for (; r < cells; r += 2) {
+            strip.step(row += r + 1, odd_lane);
+            strip.step(row += r + 2, even_lane);
+        }
+        strip.end(out);
+    }
+    result = std::int64_t{out.greatest} - out.least <= std::numeric_limits<std::int32_t>::max()
+                 ? out
+                 : plain_range(heights, cells);
 }
 
 HWY_INLINE void transpose_one(const std::int32_t* half, int i, int j, int n, std::int32_t* out) {

@@ -46,6 +46,20 @@ double least_cosine(const View& view, double corner_cosine, const HalfVolume& vo
     return std::max(cosine, corner_cosine);
 }
 
+// Of the points of a half's grid of HalfVolume::kCells in storage order, one coordinate; the rest 1.
+void grid_tangents(const HalfFrame& frame, int side, int axis, Places::value_type& out) {
+    constexpr double kScale = 1.0 / static_cast<double>(kLatticeExtent);
+    const std::int64_t along_row = side == 0 ? frame.u[axis] : frame.v[axis],
+                       along_column = side == 0 ? frame.v[axis] : frame.u[axis];
+    out.fill(1);
+    std::size_t k = 0;
+    for (int r = 0; r <= HalfVolume::kCells; ++r)
+        for (int c = 0; c <= r; ++c, ++k)
+            out[k] = static_cast<double>(frame.origin[axis] + r * along_row + c * along_column) * kScale;
+    // The face's own coordinate is 1 or -1 everywhere.
+    if (along_row != 0 || along_column != 0) tangents_in_place(out);
+}
+
 }  // namespace
 
 // Over a triangle of the grid, ellipsoid point and normal are their linear interpolation up to the sagittas
@@ -53,16 +67,11 @@ double least_cosine(const View& view, double corner_cosine, const HalfVolume& vo
 // between E_i + min n_i and E_i + max n_i. The hull is convex: it contains flat triangles between its points.
 HalfShape::HalfShape(const Ellipsoid& body, const Half& half)
     : curvature_(curvature_bound(body, half, HalfVolume::kCells)) {
-    const HalfFrame frame = half_frame(half, HalfVolume::kCells);
     Places w{}, normals{}, ground{};
     static_assert(std::tuple_size_v<Places::value_type> >= HalfVolume::kPoints / 2);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        w[axis].fill(1);
-        const TangentTable table(frame, half.side, static_cast<int>(axis), HalfVolume::kCells);
-        std::size_t k = 0;
-        for (int r = 0; r <= HalfVolume::kCells; ++r)
-            for (int c = 0; c <= r; ++c, ++k) w[axis][k] = table.value(r, c);
-    }
+    const HalfFrame frame = half_frame(half, HalfVolume::kCells);
+    for (int axis = 0; axis < 3; ++axis)
+        grid_tangents(frame, half.side, axis, w[static_cast<std::size_t>(axis)]);
     normals_and_ground(body, w, normals, ground);
     for (std::size_t k = 0; k < ground_.size(); ++k) {
         normals_[k] = {normals[0][k], normals[1][k], normals[2][k]};
