@@ -41,7 +41,14 @@ std::vector<FileView> file_views(const FilePlanet& planet, int width, int height
     const auto add = [&](const char* manner, const Geodetic& place, double above, double heading,
                          double pitch, double fov, double threshold) {
         const double ground = surface.sample(lattice_position(direction(place))).height;
-        const ViewRequest request{place, ground + above, heading, pitch, fov, width, height};
+        ViewRequest request;
+        request.eye = place;
+        request.height = ground + above;
+        request.heading = heading;
+        request.pitch = pitch;
+        request.fov = fov;
+        request.width = width;
+        request.image_height = height;
         views.push_back({std::string(manner) + " over " + std::to_string(place.latitude) + ", " +
                              std::to_string(place.longitude),
                          View(body, request), threshold});
