@@ -237,13 +237,15 @@ void add_refinement_options(CLI::App& sub, Options& o) {
                    "ones; 0: --error alone decides (default 1.5)")
         ->check(CLI::NonNegativeNumber)
         ->group(group);
-    add_value(sub, "--upload", "SIZE", "Of patches new to the device a frame, with --budget (default 8M)",
+    add_value(sub, "--upload", "SIZE",
+              "Of patches new to the device a frame, at most but for a few that make for "
+              "progress, with --budget (default 8M)",
               [&o](const std::string& text) { o.upload = parse_size(text); })
         ->group(group);
     sub.add_option("--triangles", o.refiner.triangles, "A frame, at most, with --budget (default 16000000)")
         ->check(between(1, 2'000'000'000))
         ->group(group);
-    add_value(sub, "--memory", "SIZE", "Of heights and patches kept (default 2G)",
+    add_value(sub, "--memory", "SIZE", "Of heights and patches kept, at most, between frames (default 2G)",
               [&o](const std::string& text) { o.refiner.bytes = parse_size(text); })
         ->group(group);
     sub.add_option("--threads", o.refiner.threads, "Workers (default: one for each core)")

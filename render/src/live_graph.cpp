@@ -11,6 +11,7 @@ void place_half(LiveHalf& slot, ChildHalf data) {
     slot.exists = true;
     slot.in_seams = false;
     slot.judged = 0;
+    slot.listed = 0;
     slot.judgement = {};
     slot.data = std::move(data);
 }

@@ -21,6 +21,7 @@ struct LiveHalf {
     bool in_seams = false;     // its border normals are kept up with its neighbours'
     ChildHalf data;            // of an existing half: heights and facts; a mesh if there was need for one
     std::uint64_t judged = 0;  // frame of the judgement
+    std::uint64_t listed = 0;  // last frame whose list its mesh was in
     Judgement judgement;
 
     const Half& half() const { return data.half; }
@@ -35,6 +36,8 @@ struct LiveNode {
     std::array<LiveHalf*, 4> child_halves{};  // while refined: [2h], [2h + 1] tile half h
     std::uint64_t needed = 0;                 // last frame that needed it refined
     double priority = 0;                      // pixels: greatest error that needed it
+    std::uint64_t queued = 0;                 // frame of its place in the coarsening queue
+    bool chosen = false;                      // to be coarsened
     std::size_t place = 0;                    // in LiveGraph::nodes()
 
     bool complete() const { return halves[0].exists && halves[1].exists; }

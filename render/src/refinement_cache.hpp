@@ -21,9 +21,12 @@ class RefinementCache {
     std::unique_ptr<Refinement> insert(std::unique_ptr<Refinement> refinement);
     std::unique_ptr<Refinement> extract(DiamondId id);
 
+    bool empty() const { return entries_.empty(); }
     std::uint64_t bytes() const { return bytes_; }
     // To be called when a mesh has been added to a refinement in here.
     void grew(std::uint64_t bytes) { bytes_ += bytes; }
+    // Of the least recently used. Precondition: there is one.
+    DiamondId oldest() const { return entries_.back()->id; }
     // Takes out the least recently used; null if there is none.
     std::unique_ptr<Refinement> extract_oldest();
 

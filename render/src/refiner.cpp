@@ -47,7 +47,10 @@ Refiner::State::State(std::shared_ptr<const Repository> repository, const Refine
           heap_) {
     if (options.colour) check_colours_fit(*options.colour, repository_->header());
     for (const auto& n : graph_.nodes())
-        for (const LiveHalf& h : n->halves) live_bytes_ += bytes_of(h.data);
+        for (const LiveHalf& h : n->halves) {
+            live_bytes_ += bytes_of(h.data);
+            height_bytes_ += bytes_of_heights(h.data);
+        }
 }
 
 void Refiner::State::begin(const View& view, const RefineGoal& goal, const RefineBudget& budget) {
@@ -67,10 +70,17 @@ void Refiner::State::begin(const View& view, const RefineGoal& goal, const Refin
     deadline_ = to_the_end_ ? end_ : end_ - nanoseconds(reserve_ms_);
     ++frame_;
     goal_ = goal;
-    upload_left_ = budget.upload_bytes;
+    set_limits(budget);
     full_ = false;
     counters_ = {};
     candidates_.clear();
+    arrived_.clear();
+    in_hand_.clear();
+    coarsenable_.clear();
+    set_aside_.clear();
+    useless_.clear();
+    spares_built_ = 0;
+    queue_filled_ = false;
     missing_.clear();
     requested_.clear();
     posted_.clear();
@@ -88,6 +98,7 @@ void Refiner::State::frame(const View& view, const RefineGoal& goal, const Refin
         collect();
         request_spares();
         select();
+        meet_budgets();
     }
     refine_until_deadline();
     const double refined = thread_milliseconds();
@@ -97,7 +108,11 @@ void Refiner::State::frame(const View& view, const RefineGoal& goal, const Refin
                  to_the_end_ ? 0 : std::chrono::duration<double, std::milli>(end_ - Clock::now()).count());
     collect();
     cover_missing_meshes();
-    shrink_cache();
+    while (exceeds(load()) && graph_.refined() > 0) {  // always coarsens some
+        meet_budgets();
+        cover_missing_meshes();
+    }
+    keep_within_memory();
     finish(out);
     if (!to_the_end_) {
         const double last = thread_milliseconds();
@@ -113,14 +128,6 @@ void Refiner::State::refine_until_deadline() {
         request_missing_meshes();
         pool_.add(posted_);
     } while (!time_is_up() && wait_for_work());
-}
-
-void Refiner::State::shrink_cache() {
-    while (live_bytes_ + cache_.bytes() > options_.bytes) {
-        std::unique_ptr<Refinement> oldest = cache_.extract_oldest();
-        if (!oldest) return;
-        discard(std::move(oldest));
-    }
 }
 
 // Patches that the frame draws from now on, and those it no longer does.
@@ -160,9 +167,9 @@ void Refiner::State::finish(RefinedFrame& out) {
         const Stopwatch watch(counters_.stitch_ms);
         const auto until = to_the_end_ ? end_ : end_ - nanoseconds(finish_ms_);
         const std::size_t spares = spares_.size();
-        seams_.stitch({until, std::max<std::uint64_t>(1, upload_left_ / maker_.mesh_bytes()), !to_the_end_},
-                      spares_, replaced_);
-        spares_used_ = std::max(spares - spares_.size(), spares_used_ - spares_used_ / 16);
+        const std::int64_t copies = std::max<std::int64_t>(0, most_.uploads - uploads_);
+        seams_.stitch({until, static_cast<std::uint64_t>(copies), !to_the_end_}, spares_, replaced_);
+        spares_used_ = std::max(spares_built_ + spares - spares_.size(), spares_used_ - spares_used_ / 16);
         for (std::shared_ptr<PatchMesh>& mesh : replaced_) pool_.discard(std::move(mesh));
         replaced_.clear();
     }
@@ -195,6 +202,7 @@ void Refiner::State::list_patches(RefinedFrame& out) {
     auto before = previous_.begin();
     for (LiveHalf* half : listed_) {
         half->data.published = true;
+        half->listed = frame_;
         out.draw.push_back(half->data.mesh);
         while (before != previous_.end() && (*before)->half < half->half()) ++before;
         if (before == previous_.end() || *before != half->data.mesh) out.upload.push_back(half->data.mesh);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "refiner_state.hpp"
 
@@ -10,6 +11,13 @@ bool Refiner::State::Candidate::operator<(const Candidate& other) const {
     return id > other.id;
 }
 
+bool Refiner::State::Coarsenable::operator<(const Coarsenable& other) const {
+    if (needed != other.needed) return needed;
+    if (error != other.error) return error > other.error;
+    if (level != other.level) return level < other.level;
+    return id > other.id;
+}
+
 // The least cut for the view, as far as its halves exist: from the faces down, a half that demands refinement
 // needs its diamond refined, and a diamond needs both parents refined.
 void Refiner::State::select() {
@@ -18,18 +26,19 @@ void Refiner::State::select() {
         for (LiveHalf& half : graph_.find(root_diamond(face))->halves) open_.push_back(&half);
     work_through();
 
-    drawn_ = 0;
-    unneeded_.clear();
+    drawn_ = uploads_ = 0;
+    unneeded_ = false;
     for (const auto& n : graph_.nodes()) {
-        if (n->refined && n->needed != frame_) unneeded_.push_back({n->level, n->id});
-        if (n->refined) continue;
+        if (n->refined) {
+            if (n->needed != frame_ && ripe(*n)) unneeded_ = true;
+            continue;
+        }
         for (LiveHalf& half : n->halves) {
             if (!half.exists) continue;
             if (half.judged != frame_) judge(half);
             enter_frontier(half);
         }
     }
-    std::sort(unneeded_.begin(), unneeded_.end());
 }
 
 void Refiner::State::work_through() {
@@ -37,8 +46,14 @@ void Refiner::State::work_through() {
         LiveHalf& half = *open_.back();
         open_.pop_back();
         judge(half);
-        if (half.judgement.demands) need(*half.node, std::min(half.judgement.error, kGreatestPriority));
+        if (half.judgement.demands) need(*half.node, priority(half));
     }
+}
+
+// Of infinite errors the coarsest first.
+double Refiner::State::priority(const LiveHalf& half) {
+    if (std::isfinite(half.judgement.error)) return std::min(half.judgement.error, kGreatestPriority);
+    return kGreatestPriority * (2 + kDeepestId - half.node->level);
 }
 
 void Refiner::State::need(LiveNode& n, double priority) {
@@ -69,6 +84,7 @@ bool Refiner::State::shown(const Judgement& judgement) const {
 void Refiner::State::enter_frontier(LiveHalf& half) {
     if (!shown(half)) return;
     ++drawn_;
+    if (is_upload(half)) ++uploads_;
     if (!half.data.mesh) missing_.insert(half.half());
 }
 
@@ -76,6 +92,7 @@ void Refiner::State::leave_frontier(LiveHalf& half) {
     if (half.in_seams) seams_.remove(half);
     if (!shown(half)) return;
     --drawn_;
+    if (is_upload(half)) --uploads_;
     missing_.erase(half.half());
 }
 

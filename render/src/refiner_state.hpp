@@ -30,9 +30,10 @@ class Refiner::State {
   private:
     using Clock = std::chrono::steady_clock;
     static constexpr double kUrgent = 1e12;           // priority of meshes that the frame cannot do without
-    static constexpr double kGreatestPriority = 1e9;  // of errors, which may be infinite
+    static constexpr double kGreatestPriority = 1e9;  // of finite errors, pixels
     static constexpr std::size_t kLeastSpares = 32, kMostSpares = 512;
-    static constexpr std::uint64_t kGrace = 10;  // frames that keep what they no longer need
+    static constexpr std::uint64_t kShareOfSpares = 8;  // of the memory, at most
+    static constexpr std::uint64_t kGrace = 10;         // frames that keep what they no longer need
     // Of the workers' tasks: a mesh of a half, or as many of none.
     struct MeshWork {
         Half half;
@@ -59,16 +60,31 @@ class Refiner::State {
         DiamondId id;
         bool operator<(const Candidate& other) const;
     };
-    struct Unneeded {
+    // A refined diamond without refined children: what the view does not need first, then least error first,
+    // fine before coarse.
+    struct Coarsenable {
+        bool needed;
+        double error;  // pixels, on screen once it is coarsened
         int level;
         DiamondId id;
-        bool operator<(const Unneeded& other) const {
-            return level != other.level ? level > other.level : id < other.id;
-        }
+        bool operator<(const Coarsenable& other) const;
     };
-    struct Candidates : std::priority_queue<Candidate, List<Candidate>> {
-        using priority_queue::priority_queue;
-        void clear() { c.clear(); }
+    struct Chosen {
+        LiveNode* node;
+        bool helps;  // or lies in the way of one that does
+    };
+    template <class T>
+    struct Queue : std::priority_queue<T, List<T>> {
+        using Base = std::priority_queue<T, List<T>>;
+        using Base::Base;
+        void clear() { Base::c.clear(); }
+    };
+    // What budgets limit, or what a change of the cut adds to it.
+    struct Load {
+        std::int64_t bytes = 0;    // of heights, and of the meshes of what is in sight
+        std::int64_t patches = 0;  // in sight
+        std::int64_t uploads = 0;  // of these, what the last frame did not draw
+        Load& operator+=(const Load& other);
     };
 
     // refiner.cpp: a frame from its parts.
@@ -76,7 +92,6 @@ class Refiner::State {
     void refine_until_deadline();
     void finish(RefinedFrame& out);
     void sync_seams();
-    void shrink_cache();
     void list_patches(RefinedFrame& out);
     void count(RefinedFrame& out);
 
@@ -85,6 +100,7 @@ class Refiner::State {
     void work_through();  // open_
     void need(LiveNode& n, double priority);
     void judge(LiveHalf& half);
+    static double priority(const LiveHalf& half);
     Judgement judge(const ChildHalf& child, int level) const;
     // Whether a frontier half judged so is drawn.
     bool shown(const Judgement& judgement) const;
@@ -92,21 +108,56 @@ class Refiner::State {
     void enter_frontier(LiveHalf& half);  // precondition: judged
     void leave_frontier(LiveHalf& half);
 
-    // refiner_change.cpp: refining and coarsening within the budgets.
-    enum class Step { done, waits, full };
+    // refiner_change.cpp: refining and coarsening.
+    enum class Step {
+        done,
+        moot,     // not to be refined any more
+        stale,    // named twice
+        waits,    // for its own refinement or meshes: called again when they come
+        blocked,  // until others are done
+        full,     // a budget does not allow it
+    };
     void refine_candidates();
+    Step refine(const Candidate& c);
     Step refine(LiveNode& n);
     bool meshes_ready(const LiveNode& n, const Refinement& refinement);
-    bool within_uploads(const LiveNode& n, const Refinement& refinement) const;
-    bool within_budgets(const LiveNode& n, const Refinement& refinement) const;
-    bool make_room(double priority);
     void install(LiveNode& n);
     void coarsen(LiveNode& n);
-    bool try_coarsen(LiveNode& n, double priority);
-    void coarsen_unneeded();
+    bool uncover(LiveNode& n, double priority, bool here);
     void coarsen_with_children(LiveNode& n);
     void cover_missing_meshes();
-    void drop_inner_meshes();
+
+    // refiner_coarsen.cpp: the coarsening queue, and what is no longer needed.
+    Coarsenable coarsenable(LiveNode& n);
+    static bool may_be_next(const LiveNode& n);
+    void fill_queue();
+    void enqueue(LiveNode& n);
+    void enqueue_parents(const LiveNode& n);
+    LiveNode* pop_least(double below);
+    bool ripe(const LiveNode& n) const { return to_the_end_ || frame_ - n.needed > kGrace; }
+    void put_back(List<DiamondId>& popped);
+    void coarsen_unneeded();
+    bool may_coarsen(LiveNode& n);
+
+    // refiner_budget.cpp: what the budgets allow.
+    void set_limits(const RefineBudget& budget);
+    Load load() const;
+    std::int64_t bytes_of_heights(const ChildHalf& child) const;
+    bool is_upload(const LiveHalf& half) const { return half.listed + 1 != frame_; }
+    Load add(Load load, const LiveHalf& half, int sign) const;
+    Load load_of_refining(const LiveNode& n, const Refinement* refinement) const;
+    Load load_of_coarsening(LiveNode& n);
+    bool exceeds(const Load& l) const { return l.bytes > most_.bytes || l.patches > most_.patches; }
+    bool helps(const Load& change, const Load& total) const;
+    bool choose_room(const LiveNode& n, const Load& change);
+    bool drop_unneeded(LiveNode& n, const Load& change);
+    void choose(LiveNode& n, bool helps);
+    void keep_what_helps(Load total);
+    Step make_room(const LiveNode& n);
+    void meet_budgets();
+    bool costs_nothing(LiveNode& n);
+    void drop_unseen_meshes(bool coarsenable_too);
+    void keep_within_memory();
 
     // refiner_work.cpp: asking the workers, and what comes back.
     void request(const LiveNode& n);
@@ -116,6 +167,7 @@ class Refiner::State {
     WorkResult work(Work& work) const;
     bool wait_for_work();
     bool build_missing_meshes();  // any
+    bool build_here(LiveHalf& half);
     // Whether there were results.
     bool collect();
     void collect(Pool::Done& done);
@@ -129,6 +181,7 @@ class Refiner::State {
     void take_refinement(std::unique_ptr<Refinement> refinement);
     // Leaves one that is not wanted.
     void take_mesh(std::shared_ptr<PatchMesh>& mesh);
+    void tell_candidate(const LiveNode& n);
 
     // Of refinement: leaves what covering halves without meshes would take if it were now.
     Clock::time_point stop_at() const {
@@ -151,35 +204,47 @@ class Refiner::State {
     Seams seams_;
 
     // Of the current frame.
-    std::uint64_t frame_ = 0;
+    std::uint64_t frame_ = 1;                   // 0, 1: none
     Clock::time_point start_, deadline_, end_;  // of refinement; of the frame
     double budget_ms_ = 0;
     bool to_the_end_ = false;  // no time limit: the least cut, nothing kept
     bool direct_ = false;      // moreover, no meshes for steps on the way
     RefineGoal goal_;
-    std::uint64_t upload_left_ = 0;  // bytes
-    bool full_ = false;              // a budget other than time stopped refinement
+    Load most_;          // that the budgets allow
+    bool full_ = false;  // a budget other than time stopped refinement
     std::shared_ptr<const Visibility> visibility_;
-    Candidates candidates_{List<Candidate>::allocator_type(&heap_)};
-    List<LiveHalf*> open_{&heap_};                             // to judge
-    List<LiveHalf*> listed_{&heap_};                           // to draw
-    List<Unneeded> unneeded_{&heap_};                          // refined, fine before coarse
+    Queue<Candidate> candidates_{List<Candidate>::allocator_type(&heap_)};
+    Queue<Candidate> arrived_{List<Candidate>::allocator_type(&heap_)};  // in hand, with new results
+    // Diamonds to refine that workers work for, or whose refinement is there and waits for meshes or a
+    // budget: no more than fit into what the cut leaves of the memory.
+    std::pmr::unordered_set<DiamondId, DiamondIdHash> in_hand_{&heap_};
+    std::size_t most_in_hand_ = 0;
+    Queue<Coarsenable> coarsenable_{List<Coarsenable>::allocator_type(&heap_)};
+    bool queue_filled_ = false;          // coarsenable_; else it is empty
+    List<Chosen> chosen_{&heap_};        // to coarsen, in this order
+    List<DiamondId> set_aside_{&heap_};  // popped in this frame, to be coarsened only if it must be
+    List<DiamondId> useless_{&heap_};    // the same, and making no room
+    List<LiveHalf*> open_{&heap_};       // to judge
+    List<LiveHalf*> listed_{&heap_};     // to draw
+    bool unneeded_ = false;              // anything is refined and ripe to be coarsened
     std::pmr::unordered_set<Half, HalfHash> missing_{&heap_};  // frontier halves in sight without mesh
     Pool::Jobs posted_{&heap_};                                // asked for, not yet in the pool
     std::pmr::unordered_set<std::uint64_t> requested_{&heap_};
     std::exception_ptr error_;    // of a worker
     std::uint64_t unsynced_ = 0;  // patches whose coming or going their neighbours have not been told
-    std::uint64_t drawn_ = 0;     // frontier halves in sight
+    std::int64_t drawn_ = 0, uploads_ = 0;  // frontier halves in sight; of these, new to the list
     RefineCounters counters_;
 
     // Of all frames.
-    std::uint64_t live_bytes_ = 0;  // in the graph
-    double reserve_ms_ = 0;         // of the frame, after refinement
-    double cover_ms_ = 0.005;       // what covering a half without mesh took lately
-    double finish_ms_ = 0.2;        // what a frame's end took lately
-    MeshList previous_{&heap_};     // drawn in the last frame, by half
+    std::uint64_t live_bytes_ = 0;   // in the graph
+    std::int64_t height_bytes_ = 0;  // of these, without meshes
+    double reserve_ms_ = 0;          // of the frame, after refinement
+    double cover_ms_ = 0.005;        // what covering a half without mesh took lately
+    double finish_ms_ = 0.2;         // what a frame's end took lately
+    MeshList previous_{&heap_};      // drawn in the last frame, by half
     List<std::shared_ptr<PatchMesh>> spares_{&heap_}, replaced_{&heap_};
-    std::size_t spares_used_ = 0;  // in a frame lately
+    std::size_t spares_used_ = 0;   // in a frame lately
+    std::size_t spares_built_ = 0;  // in this frame, by build_here()
 
     Pool pool_;  // last: its threads use the members above
 };

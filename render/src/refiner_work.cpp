@@ -44,7 +44,9 @@ Refiner::State::WorkResult Refiner::State::work(Work& task) const {
 // Twice what a frame takes, so that the next frames find some while a worker makes more.
 void Refiner::State::request_spares() {
     if (to_the_end_) return;
-    const std::size_t wanted = std::clamp<std::size_t>(2 * spares_used_, kLeastSpares, kMostSpares);
+    const std::size_t most = std::clamp<std::size_t>(options_.bytes / kShareOfSpares / maker_.mesh_bytes(),
+                                                     kLeastSpares, kMostSpares);
+    const std::size_t wanted = std::clamp(2 * spares_used_, kLeastSpares, most);
     if (2 * spares_.size() >= wanted + kLeastSpares / 2 || !requested_.insert(kSpares).second) return;
     posted_.push_back({kUrgent, kSpares, SpareWork{static_cast<int>(wanted - spares_.size())}});
 }
@@ -75,19 +77,25 @@ bool Refiner::State::wait_for_work() {
 }
 
 // Workers may not get to them in time. Colours may have to be read first, which takes too long.
+bool Refiner::State::build_here(LiveHalf& half) {
+    if (to_the_end_ || maker_.coloured() || spares_.empty()) return false;
+    std::shared_ptr<PatchMesh> mesh = std::move(spares_.back());
+    spares_.pop_back();
+    ++spares_built_;
+    WorkTimes times;
+    maker_.build(half.half(), *half.data.heights, *mesh, times);
+    counters_.build_ms += times.build_ms;
+    counters_.built += times.built;
+    take_mesh(mesh);
+    return true;
+}
+
 bool Refiner::State::build_missing_meshes() {
-    if (to_the_end_ || maker_.coloured()) return false;
     bool any = false;
-    while (!missing_.empty() && !spares_.empty() && !time_is_up()) {
+    while (!missing_.empty() && !time_is_up()) {
         const Half half = *missing_.begin();
-        std::shared_ptr<PatchMesh> mesh = std::move(spares_.back());
-        spares_.pop_back();
-        WorkTimes times;
-        const LiveNode& n = *graph_.find(half.diamond);
-        maker_.build(half, *n.halves[static_cast<std::size_t>(half.side)].data.heights, *mesh, times);
-        counters_.build_ms += times.build_ms;
-        counters_.built += times.built;
-        take_mesh(mesh);
+        LiveNode& n = *graph_.find(half.diamond);
+        if (!build_here(n.halves[static_cast<std::size_t>(half.side)])) break;
         collect();
         any = true;
     }
@@ -115,8 +123,7 @@ void Refiner::State::take_refinement(std::unique_ptr<Refinement> refinement) {
     if (!refinement->by_file) ++counters_.virtual_decoded;
     const LiveNode* const n = graph_.find(refinement->id);
     if (n != nullptr && n->refined) return discard(std::move(refinement));
-    if (n != nullptr && n->needed == frame_ && n->complete())
-        candidates_.push({n->priority, n->level, n->id});
+    if (n != nullptr) tell_candidate(*n);
     discard(cache_.insert(std::move(refinement)));
 }
 
@@ -140,9 +147,12 @@ void Refiner::State::take_mesh(std::shared_ptr<PatchMesh>& mesh) {
         cache_.grew(maker_.mesh_bytes());
         break;
     }
-    const LiveNode* const waiting = graph_.find(up);
-    if (waiting != nullptr && waiting->needed == frame_ && waiting->complete() && !waiting->refined)
-        candidates_.push({waiting->priority, waiting->level, waiting->id});
+    if (const LiveNode* const waiting = graph_.find(up)) tell_candidate(*waiting);
+}
+
+// One in hand has something new.
+void Refiner::State::tell_candidate(const LiveNode& n) {
+    if (in_hand_.contains(n.id)) arrived_.push({n.priority, n.level, n.id});
 }
 
 }  // namespace carat

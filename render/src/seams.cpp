@@ -103,9 +103,10 @@ void Seams::stitch_corner(const Seam& seam) {
 template <class Stitch>
 bool Seams::work_through(Table& table, const Limits& limits, Stitch stitch) {
     while (!table.stale.empty()) {
-        if (copies_ == 0 || (stitched_ && Clock::now() >= limits.deadline)) return false;
+        if (stitched_ && (copies_ == 0 || Clock::now() >= limits.deadline)) return false;
         const auto it = table.seams.find(table.stale.back());
         const bool stale = it != table.seams.end() && it->second.stale;
+        if (stale && stitched_ && copies_ < it->second.uses.size()) return false;
         if (stale && limits.only_spares && spares_->size() < it->second.uses.size()) return false;
         table.stale.pop_back();
         if (!stale) continue;

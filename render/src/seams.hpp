@@ -25,7 +25,7 @@ class Seams {
     // What stitching may cost. Published meshes are replaced by copies, and those they replace go to `old`.
     struct Limits {
         Clock::time_point deadline;  // one seam at least
-        std::uint64_t copies = 0;    // that start no seam any more
+        std::uint64_t copies = 0;    // but for the first seam's
         bool only_spares = false;    // copies are made in spare meshes alone
     };
     void stitch(const Limits& limits, std::pmr::vector<std::shared_ptr<PatchMesh>>& spares,

@@ -42,7 +42,7 @@ std::vector<NamedView> test_views(const FakeRepository& repository, int random, 
     const double a = body.a();
     std::vector<NamedView> views;
     const auto add = [&](const std::string& name, const ViewRequest& r) {
-        views.push_back({name, View(body, r)});
+        views.push_back({name, View(body, r), r});
     };
     for (const auto& [name, place] : places()) {
         add("orbit over " + name, request(repository, place, 3 * a, 10, -90, 40));

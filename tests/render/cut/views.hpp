@@ -13,6 +13,7 @@ namespace carat::test {
 struct NamedView {
     std::string name;
     View view;
+    ViewRequest request;  // of the same
 };
 // Named places in each manner, then `random` views from the seed.
 std::vector<NamedView> test_views(const FakeRepository& repository, int random, unsigned seed);

@@ -2,9 +2,10 @@
 //
 // Each frame the cut is judged against the view; what demands refinement is refined, greatest screen error
 // first, and what no longer does is coarsened, least error first, until nothing is left to do or the time is
-// up (dual-queue refinement: Duchaineau et al. 1997, ROAM; Gobbetti et al. 2006, C-BDAM). Files are read,
-// residuals decoded and patches built by worker threads; a frame takes what is ready and never waits for a
-// file beyond its deadline. Work that comes too late is kept for later frames.
+// up (dual-queue refinement: Duchaineau et al. 1997, ROAM; Gobbetti et al. 2006, C-BDAM). Where a budget is
+// full, what is refined gives way to what has a greater error, least error first, fine before coarse. Files
+// are read, residuals decoded and patches built by worker threads; a frame takes what is ready and never
+// waits for a file beyond its deadline. Work that comes too late is kept for later frames.
 //
 // Whatever was shown before, and however often a frame was cut short, the drawn patches tile what is visible
 // conformingly, with identical positions on shared vertices. Once a frame reports `converged`, its cut and
@@ -35,8 +36,9 @@ struct RefineGoal {
 struct RefineBudget {
     // Wall time from the call of frame() to its return; infinity: until converged.
     double milliseconds = std::numeric_limits<double>::infinity();
-    // Bytes of meshes new to the draw list. Refinement pauses rather than exceed it; meshes that a change of
-    // view makes necessary come on top.
+    // Bytes of meshes new to the draw list. Rather than exceed it refinement pauses, and what a change of
+    // view brings into sight is drawn coarser at first. At most one refinement (4 meshes), the copies for one
+    // seam (8), or what covers meshes not built in time come on top, so that every frame makes some progress.
     std::size_t upload_bytes = std::numeric_limits<std::size_t>::max();
 };
 
@@ -44,9 +46,13 @@ struct RefinerOptions {
     // Frontier halves off the screen and behind the horizon are neither built nor drawn. Off: they are, and
     // change nothing in the picture; the cut and all other meshes are the same.
     bool skip_frustum = true, skip_horizon = true;
-    int threads = 0;                               // workers; 0: one for each core
-    std::uint64_t triangles = 16'000'000;          // drawn at most; never fewer than the coarsest cut needs
-    std::uint64_t bytes = std::uint64_t{2} << 30;  // of heights and meshes, those kept for later included
+    int threads = 0;  // workers; 0: one for each core
+    // Drawn at most in any frame; but the coarsest cut, 12 patches, always is.
+    std::uint64_t triangles = 16'000'000;
+    // Of heights and meshes held after any frame, those kept for later included: at most, but for the
+    // coarsest cut. A sixteenth is for work under way. Up to 32 empty meshes, or an eighth of this if that is
+    // more and no more than 512 of them, come on top.
+    std::uint64_t bytes = std::uint64_t{2} << 30;
     // Draped over the relief, as for converged_cut(); null: none.
     std::shared_ptr<const ColourRepository> colour = nullptr;
     // Procedural detail of this file, as for converged_cut(); null: none.
