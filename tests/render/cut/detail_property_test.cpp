@@ -171,7 +171,7 @@ TEST(Detail, QueriesAreTheHeightsThatAreDrawn) {
 TEST(Detail, LevelGroundStaysLevel) {
     const FakeRepository& ball = smooth_ball();
     const Detail detail(ball.header(), {});
-    const View view(ball.body(), {{10, 20}, -240, 30, -20, 60, 320, 200});
+    const View view(ball.body(), {{10, 20}, -240, 30, -20, 0, 60, 320, 200});
     const DrawList list = converged_cut(ball, view, 1, 2, nullptr, &detail);
     for (const auto& mesh : list.meshes)
         for (const PatchVertex& v : mesh->vertices) ASSERT_EQ(v.height, -250.0f);

@@ -60,7 +60,7 @@ TEST_F(Drape, RefinesWhereEitherAsksAndColoursEveryVertex) {
     const auto ground = relief(256);
     const auto colour = colours(2048);
     const Ellipsoid body = ground->header().ellipsoid();
-    const View view(body, {{20, -40}, 1.5e6, 30, -60, 50, 600, 400});
+    const View view(body, {{20, -40}, 1.5e6, 30, -60, 0, 50, 600, 400});
     const DrawList plain = converged_cut(*ground, view, 1, 1.5);
     const DrawList draped = converged_cut(*ground, view, 1, 1.5, colour);
     EXPECT_GT(draped.counters.virtual_refined, plain.counters.virtual_refined);
@@ -92,7 +92,7 @@ TEST_F(Drape, RefinesWhereEitherAsksAndColoursEveryVertex) {
 TEST_F(Drape, TheRefinerConvergesToTheSame) {
     const auto ground = relief(256);
     const auto colour = colours(1024);
-    const View view(ground->header().ellipsoid(), {{20, -40}, 2e6, 30, -60, 50, 400, 250});
+    const View view(ground->header().ellipsoid(), {{20, -40}, 2e6, 30, -60, 0, 50, 400, 250});
     RefinerOptions options;
     options.colour = colour;
     Refiner refiner(ground, options);

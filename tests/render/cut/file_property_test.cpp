@@ -16,7 +16,7 @@ std::vector<ViewRequest> views(const Surface& surface, const Ellipsoid& body) {
     std::vector<ViewRequest> out;
     const auto add = [&](const Geodetic& place, double above, double heading, double pitch) {
         const double ground = above < 1e5 ? surface.sample(lattice_position(direction(place))).height : 0;
-        out.push_back({place, ground + above, heading, pitch, 50, 400, 250});
+        out.push_back({place, ground + above, heading, pitch, 0, 50, 400, 250});
     };
     const double a = body.a();
     for (const Geodetic& place :
@@ -87,7 +87,7 @@ TEST(RefinerOfFile, ReadsThePagesThatItNeeds) {
     const BuildOptions build = synthetic_build(synth::Kind::earth, scratch.folder, 1024);
     build_repository(build);
     const Ellipsoid body = Repository::open(build.output)->header().ellipsoid();
-    const View near(body, {{35, 100}, 20'000, 40, -30, 50, 400, 250});
+    const View near(body, {{35, 100}, 20'000, 40, -30, 0, 50, 400, 250});
 
     const std::shared_ptr<const Repository> fresh = Repository::open(build.output);
     Refiner refiner(fresh);
@@ -131,7 +131,7 @@ TEST(RefinerOfFile, PredictsWhereThereAreNoResiduals) {
     const std::shared_ptr<const Repository> repository = Repository::open(build.output);
     const Ellipsoid body = repository->header().ellipsoid();
     Refiner refiner(repository);
-    const RefinedFrame frame = refiner.frame(View(body, {{10, 40}, 50'000, 0, -60, 50, 400, 250}), {0.5, 0});
+    const RefinedFrame frame = refiner.frame(View(body, {{10, 40}, 50'000, 0, -60, 0, 50, 400, 250}), {0.5, 0});
     EXPECT_GT(frame.counters.predicted, 0u);
     EXPECT_EQ(frame.counters.decoded, 0u);
     EXPECT_EQ(frame.counters.predicted + frame.counters.virtual_refined, frame.counters.refined);
