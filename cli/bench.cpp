@@ -68,6 +68,7 @@ void add_bench(CLI::App& app, Globals& globals) {
     add_bench_watertight(sub, globals);
     add_bench_error(sub, globals);
     add_bench_triangles(sub, globals);
+    add_bench_threshold(sub, globals);
 #else
     sub.allow_extras();
     on_run(sub, globals, []() -> int {

@@ -65,6 +65,42 @@ TEST_F(Bench, ErrorKeepsItsThresholds) {
     EXPECT_TRUE(contains(contents(path("e.svg")), "Error against triangles"));
 }
 
+TEST_F(Bench, ThresholdHoldsInEveryPixelAndIsNotHeldByCoarserPictures) {
+    const auto waves = [](double lat, double lon) {
+        return 2000 * std::cos(0.2 * lat) * std::sin(0.15 * lon);
+    };
+    const auto ridges = [](double lat, double lon) {
+        return 800 + 500 * std::sin(200 * lat + std::cos(90 * lon)) * std::cos(150 * lon);
+    };
+    write_raster(path("waves.tif"), {720, 360, {-180, -90, 180, 90}, waves});
+    write_raster(path("ridges.tif"), {600, 600, {28, 18, 32, 22}, ridges});
+    ASSERT_EQ(carat("build --layer ridges.tif --layer waves.tif --tolerance 2 -o rough.carat").exit, 0);
+    const std::string command =
+        "bench threshold rough.carat --at 20,30 --views 7 --size 24x16 --error 0.1 --json ";
+    const Outcome r = carat(command + "--csv t.csv");
+    CARAT_NEEDS_VULKAN(r);
+    ASSERT_EQ(r.exit, 0) << r.out << r.err;
+    const auto rows = r.json();
+    ASSERT_EQ(rows.size(), 8u) << "seven kinds, and together";
+    for (const auto& row : rows)
+        for (const char* direction : {"drawn_to_surface", "surface_to_drawn"}) {
+            const auto& tally = row.at(direction);
+            EXPECT_EQ(tally.at("beyond"), 0) << row;
+            EXPECT_GT(tally.at("pixels"), 5) << row;
+            std::uint64_t sum = 0;
+            for (const std::uint64_t n : tally.at("tenths")) sum += n;
+            EXPECT_EQ(sum, tally.at("pixels"));
+        }
+    EXPECT_GT(rows[7].at("drawn_to_surface").at("greatest"), 0.05);
+    EXPECT_LT(rows[7].at("disagree"), 0.02 * 7 * 24 * 16);
+    EXPECT_TRUE(contains(contents(path("t.csv")), "valley floor,1,surface_to_drawn"));
+
+    const Outcome coarse = carat(command + "--draw-error 30");
+    EXPECT_EQ(coarse.exit, 1) << coarse.out << coarse.err;
+    for (const char* direction : {"drawn_to_surface", "surface_to_drawn"})
+        EXPECT_GT(coarse.json()[7].at(direction).at("beyond"), 0) << direction;
+}
+
 TEST_F(Bench, DeadlineTellsWhoIsLate) {
     write_raster(path("hills.tif"), hills());
     ASSERT_EQ(carat("build --layer hills.tif --tolerance 5 -o hills.carat").exit, 0);
