@@ -82,6 +82,7 @@ void Refiner::State::begin(const View& view, const RefineGoal& goal, const Refin
     spares_built_ = 0;
     queue_filled_ = false;
     missing_.clear();
+    missing_ms_ = 0;
     requested_.clear();
     posted_.clear();
     visibility_ = heap_.share<Visibility>(
@@ -99,6 +100,7 @@ void Refiner::State::frame(const View& view, const RefineGoal& goal, const Refin
         request_spares();
         select();
         meet_budgets();
+        build_what_covering_costs_more();
     }
     refine_until_deadline();
     const double refined = thread_milliseconds();
@@ -168,7 +170,8 @@ void Refiner::State::finish(RefinedFrame& out) {
         const auto until = to_the_end_ ? end_ : end_ - nanoseconds(finish_ms_);
         const std::size_t spares = spares_.size();
         const std::int64_t copies = std::max<std::int64_t>(0, most_.uploads - uploads_);
-        seams_.stitch({until, static_cast<std::uint64_t>(copies), !to_the_end_}, spares_, replaced_);
+        seams_.stitch({until, static_cast<std::uint64_t>(copies), !to_the_end_, kSparesForMissing}, spares_,
+                      replaced_);
         spares_used_ = std::max(spares_built_ + spares - spares_.size(), spares_used_ - spares_used_ / 16);
         for (std::shared_ptr<PatchMesh>& mesh : replaced_) pool_.discard(std::move(mesh));
         replaced_.clear();

@@ -98,7 +98,8 @@ bool Refiner::State::uncover(LiveNode& n, double priority, bool here) {
     for (LiveHalf& half : n.halves) {
         if (n.level > 0 && graph_.find(*parent(n.id, half.side))->chosen) continue;  // goes at once
         if (half.judged != frame_) judge(half);
-        if (direct_ || half.data.mesh || !shown(half) || (here && build_here(half))) continue;
+        if (direct_ || half.data.mesh || !shown(half) || (here && build_here(half, kSparesForMissing)))
+            continue;
         request_mesh(half.data, priority);
         ready = false;
     }
@@ -109,23 +110,6 @@ void Refiner::State::coarsen_with_children(LiveNode& n) {
     for (LiveHalf* half : n.child_halves)
         if (half->node->refined) coarsen_with_children(*half->node);
     coarsen(n);
-}
-
-// A half in sight whose mesh has not come in time gives way to the coarser half around it. The faces' meshes
-// are always there.
-void Refiner::State::cover_missing_meshes() {
-    if (missing_.empty()) return;
-    const auto uncovered = static_cast<double>(std::max<std::size_t>(missing_.size(), 8));
-    double milliseconds = 0;
-    {
-        const Stopwatch watch(milliseconds);
-        while (!missing_.empty()) {
-            const Half half = *missing_.begin();
-            coarsen_with_children(*graph_.find(*parent(half.diamond, half.side)));
-            ++counters_.forced_coarse;
-        }
-    }
-    cover_ms_ = risen_or_eased(cover_ms_, milliseconds / uncovered);
 }
 
 }  // namespace carat

@@ -85,7 +85,7 @@ void Refiner::State::enter_frontier(LiveHalf& half) {
     if (!shown(half)) return;
     ++drawn_;
     if (is_upload(half)) ++uploads_;
-    if (!half.data.mesh) missing_.insert(half.half());
+    if (!half.data.mesh) add_missing(half);
 }
 
 void Refiner::State::leave_frontier(LiveHalf& half) {
@@ -93,7 +93,7 @@ void Refiner::State::leave_frontier(LiveHalf& half) {
     if (!shown(half)) return;
     --drawn_;
     if (is_upload(half)) --uploads_;
-    missing_.erase(half.half());
+    remove_missing(half.half());
 }
 
 }  // namespace carat

@@ -21,6 +21,11 @@ inline double risen_or_eased(double estimate, double measured) {
     return std::max(measured, estimate + 0.1 * (measured - estimate));
 }
 
+// The same both ways, whatever a single one was held up by.
+inline double eased(double estimate, double measured) {
+    return estimate + 0.1 * (std::min(measured, 4 * estimate) - estimate);
+}
+
 class Refiner::State {
   public:
     State(std::shared_ptr<const Repository> repository, const RefinerOptions& options);
@@ -31,9 +36,10 @@ class Refiner::State {
     using Clock = std::chrono::steady_clock;
     static constexpr double kUrgent = 1e12;           // priority of meshes that the frame cannot do without
     static constexpr double kGreatestPriority = 1e9;  // of finite errors, pixels
-    static constexpr std::size_t kLeastSpares = 32, kMostSpares = 512;
-    static constexpr std::uint64_t kShareOfSpares = 8;  // of the memory, at most
-    static constexpr std::uint64_t kGrace = 10;         // frames that keep what they no longer need
+    static constexpr std::size_t kLeastSpares = 64, kMostSpares = 512;
+    static constexpr std::size_t kSparesForMissing = 32;  // of these, for nothing else
+    static constexpr std::uint64_t kShareOfSpares = 8;    // of the memory, at most
+    static constexpr std::uint64_t kGrace = 10;           // frames that keep what they no longer need
     // Of the workers' tasks: a mesh of a half, or as many of none.
     struct MeshWork {
         Half half;
@@ -125,6 +131,16 @@ class Refiner::State {
     void coarsen(LiveNode& n);
     bool uncover(LiveNode& n, double priority, bool here);
     void coarsen_with_children(LiveNode& n);
+
+    // refiner_missing.cpp: halves in sight without mesh.
+    double cover_ms(const Half& half) const;
+    bool build_is_cheaper(double cover_ms) const { return cover_ms > build_ms_; }
+    void add_missing(const LiveHalf& half);
+    void remove_missing(const Half& half);
+    void request_missing_meshes();
+    bool build_missing_meshes();  // any
+    void build_what_covering_costs_more();
+    bool build_here(LiveHalf& half, std::size_t spares_left);
     void cover_missing_meshes();
 
     // refiner_coarsen.cpp: the coarsening queue, and what is no longer needed.
@@ -162,12 +178,9 @@ class Refiner::State {
     // refiner_work.cpp: asking the workers, and what comes back.
     void request(const LiveNode& n);
     void request_mesh(const ChildHalf& child, double priority);
-    void request_missing_meshes();
     void request_spares();
     WorkResult work(Work& work) const;
     bool wait_for_work();
-    bool build_missing_meshes();  // any
-    bool build_here(LiveHalf& half);
     // Whether there were results.
     bool collect();
     void collect(Pool::Done& done);
@@ -183,11 +196,11 @@ class Refiner::State {
     void take_mesh(std::shared_ptr<PatchMesh>& mesh);
     void tell_candidate(const LiveNode& n);
 
-    // Of refinement: leaves what covering halves without meshes would take if it were now.
+    // Of refinement: leaves what building or covering halves without meshes would take if it were now.
     Clock::time_point stop_at() const {
         if (to_the_end_ || missing_.empty()) return deadline_;
-        const double cover_ms = std::min(0.3 * budget_ms_, cover_ms_ * static_cast<double>(missing_.size()));
-        return deadline_ - std::chrono::nanoseconds(static_cast<std::int64_t>(1e6 * cover_ms));
+        const double ms = std::min(0.5 * budget_ms_, missing_ms_);
+        return deadline_ - std::chrono::nanoseconds(static_cast<std::int64_t>(1e6 * ms));
     }
     bool time_is_up() const { return Clock::now() >= stop_at(); }
 
@@ -227,8 +240,11 @@ class Refiner::State {
     List<LiveHalf*> open_{&heap_};       // to judge
     List<LiveHalf*> listed_{&heap_};     // to draw
     bool unneeded_ = false;              // anything is refined and ripe to be coarsened
-    std::pmr::unordered_set<Half, HalfHash> missing_{&heap_};  // frontier halves in sight without mesh
-    Pool::Jobs posted_{&heap_};                                // asked for, not yet in the pool
+    // Frontier halves in sight without mesh, and what covering each would take; in all, if what is cheaper is
+    // done.
+    std::pmr::unordered_map<Half, double, HalfHash> missing_{&heap_};
+    double missing_ms_ = 0;
+    Pool::Jobs posted_{&heap_};  // asked for, not yet in the pool
     std::pmr::unordered_set<std::uint64_t> requested_{&heap_};
     std::exception_ptr error_;    // of a worker
     std::uint64_t unsynced_ = 0;  // patches whose coming or going their neighbours have not been told
@@ -239,7 +255,8 @@ class Refiner::State {
     std::uint64_t live_bytes_ = 0;   // in the graph
     std::int64_t height_bytes_ = 0;  // of these, without meshes
     double reserve_ms_ = 0;          // of the frame, after refinement
-    double cover_ms_ = 0.005;        // what covering a half without mesh took lately
+    double coarsen_ms_ = 0.003;      // what coarsening a diamond took lately
+    double build_ms_ = 0.02;         // the same of building a mesh here
     double finish_ms_ = 0.2;         // what a frame's end took lately
     MeshList previous_{&heap_};      // drawn in the last frame, by half
     List<std::shared_ptr<PatchMesh>> spares_{&heap_}, replaced_{&heap_};

@@ -51,15 +51,6 @@ void Refiner::State::request_spares() {
     posted_.push_back({kUrgent, kSpares, SpareWork{static_cast<int>(wanted - spares_.size())}});
 }
 
-// To the end, halves that will be refined need none.
-void Refiner::State::request_missing_meshes() {
-    for (const Half& half : missing_) {
-        const LiveNode& n = *graph_.find(half.diamond);
-        if (direct_ && !full_ && n.needed == frame_) continue;
-        request_mesh(n.halves[static_cast<std::size_t>(half.side)].data, kUrgent);
-    }
-}
-
 // False if there is nothing to wait for or the time is up. Spare meshes are for later frames.
 bool Refiner::State::wait_for_work() {
     const bool built = build_missing_meshes();
@@ -74,32 +65,6 @@ bool Refiner::State::wait_for_work() {
             counters_.overslept_ms += std::chrono::duration<double, std::milli>(now - until).count();
     }
     return collect() || built;
-}
-
-// Workers may not get to them in time. Colours may have to be read first, which takes too long.
-bool Refiner::State::build_here(LiveHalf& half) {
-    if (to_the_end_ || maker_.coloured() || spares_.empty()) return false;
-    std::shared_ptr<PatchMesh> mesh = std::move(spares_.back());
-    spares_.pop_back();
-    ++spares_built_;
-    WorkTimes times;
-    maker_.build(half.half(), *half.data.heights, *mesh, times);
-    counters_.build_ms += times.build_ms;
-    counters_.built += times.built;
-    take_mesh(mesh);
-    return true;
-}
-
-bool Refiner::State::build_missing_meshes() {
-    bool any = false;
-    while (!missing_.empty() && !time_is_up()) {
-        const Half half = *missing_.begin();
-        LiveNode& n = *graph_.find(half.diamond);
-        if (!build_here(n.halves[static_cast<std::size_t>(half.side)])) break;
-        collect();
-        any = true;
-    }
-    return any;
 }
 
 bool Refiner::State::collect() {
@@ -135,7 +100,7 @@ void Refiner::State::take_mesh(std::shared_ptr<PatchMesh>& mesh) {
         if (data.mesh) return;
         data.mesh = std::move(mesh);
         live_bytes_ += maker_.mesh_bytes();
-        missing_.erase(half);
+        remove_missing(half);
         return;
     }
     const DiamondId up = *parent(half.diamond, half.side);  // the faces' halves always exist

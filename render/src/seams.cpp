@@ -107,7 +107,8 @@ bool Seams::work_through(Table& table, const Limits& limits, Stitch stitch) {
         const auto it = table.seams.find(table.stale.back());
         const bool stale = it != table.seams.end() && it->second.stale;
         if (stale && stitched_ && copies_ < it->second.uses.size()) return false;
-        if (stale && limits.only_spares && spares_->size() < it->second.uses.size()) return false;
+        if (stale && limits.only_spares && spares_->size() < it->second.uses.size() + limits.spares_left)
+            return false;
         table.stale.pop_back();
         if (!stale) continue;
         stitch(it->second);

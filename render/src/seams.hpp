@@ -24,9 +24,10 @@ class Seams {
 
     // What stitching may cost. Published meshes are replaced by copies, and those they replace go to `old`.
     struct Limits {
-        Clock::time_point deadline;  // one seam at least
-        std::uint64_t copies = 0;    // but for the first seam's
-        bool only_spares = false;    // copies are made in spare meshes alone
+        Clock::time_point deadline;   // one seam at least
+        std::uint64_t copies = 0;     // but for the first seam's
+        bool only_spares = false;     // copies are made in spare meshes alone
+        std::size_t spares_left = 0;  // then so many are not for this
     };
     void stitch(const Limits& limits, std::pmr::vector<std::shared_ptr<PatchMesh>>& spares,
                 std::pmr::vector<std::shared_ptr<PatchMesh>>& old);

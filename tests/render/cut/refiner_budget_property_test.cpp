@@ -115,5 +115,27 @@ TEST(RefinerBudget, EveryFrameWithATimeLimitKeepsThem) {
     EXPECT_GT(coarsened, 1000u);
 }
 
+// A turn brings halves without meshes into sight among others that are refined further: it is sooner to build
+// a few than to coarsen all around them, however short the frame.
+TEST(RefinerBudget, AMeshThatIsMissingDoesNotCostTheCutAroundIt) {
+    const FakeRepository& planet = rough_earth();
+    std::uint64_t coarsened = 0, turns = 0;
+    for (const NamedView& v : test_views(planet, 4, 51)) {
+        Refiner refiner(borrow(planet));
+        RefinedFrame frame;
+        for (int k = 0; k < 500 && !frame.converged; ++k)
+            frame = refiner.frame(v.view, {0.5, 0}, milliseconds(2));
+        ASSERT_TRUE(frame.converged) << v.name;
+        // What is not needed any more is kept for so many frames.
+        for (int turn = 1; turn < 8; ++turn, ++turns) {
+            ViewRequest request = v.request;
+            request.heading += 15 * turn;
+            frame = refiner.frame(View(planet.body(), request), {0.5, 0}, milliseconds(0.2));
+            coarsened += frame.counters.coarsened;
+        }
+    }
+    EXPECT_LT(coarsened, 2 * turns);  // 3 a turn if halves always give way
+}
+
 }  // namespace
 }  // namespace carat::test

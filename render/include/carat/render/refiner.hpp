@@ -50,7 +50,7 @@ struct RefinerOptions {
     // Drawn at most in any frame; but the coarsest cut, 12 patches, always is.
     std::uint64_t triangles = 16'000'000;
     // Of heights and meshes held after any frame, those kept for later included: at most, but for the
-    // coarsest cut. A sixteenth is for work under way. Up to 32 empty meshes, or an eighth of this if that is
+    // coarsest cut. A sixteenth is for work under way. Up to 64 empty meshes, or an eighth of this if that is
     // more and no more than 512 of them, come on top.
     std::uint64_t bytes = std::uint64_t{2} << 30;
     // Draped over the relief, as for converged_cut(); null: none.
