@@ -69,6 +69,7 @@ void add_bench(CLI::App& app, Globals& globals) {
     add_bench_error(sub, globals);
     add_bench_triangles(sub, globals);
     add_bench_threshold(sub, globals);
+    add_bench_frames(sub, globals);
 #else
     sub.allow_extras();
     on_run(sub, globals, []() -> int {

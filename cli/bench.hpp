@@ -25,6 +25,7 @@ void add_bench_watertight(CLI::App& bench, Globals& globals);
 void add_bench_error(CLI::App& bench, Globals& globals);
 void add_bench_triangles(CLI::App& bench, Globals& globals);
 void add_bench_threshold(CLI::App& bench, Globals& globals);
+void add_bench_frames(CLI::App& bench, Globals& globals);
 
 // Does nothing without a name. Throws Error(io).
 void write_text(const std::string& file, const std::string& text);

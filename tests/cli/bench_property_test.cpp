@@ -101,6 +101,35 @@ TEST_F(Bench, ThresholdHoldsInEveryPixelAndIsNotHeldByCoarserPictures) {
         EXPECT_GT(coarse.json()[7].at(direction).at("beyond"), 0) << direction;
 }
 
+TEST_F(Bench, FramesAreCountedByFlightAndSize) {
+    write_raster(path("hills.tif"), hills());
+    ASSERT_EQ(carat("build --layer hills.tif --tolerance 5 -o hills.carat").exit, 0);
+    const Outcome r =
+        carat("bench frames hills.carat --at 1,2 --sizes 32x24,64x48 --frames 3 --csv f.csv --json");
+    CARAT_NEEDS_VULKAN(r);
+    ASSERT_EQ(r.exit, 0) << r.out << r.err;
+    const auto json = r.json();
+    EXPECT_FALSE(json.at("device").get<std::string>().empty());
+    const auto& rows = json.at("rows");
+    ASSERT_EQ(rows.size(), 8u) << "four paths, two sizes";
+    for (std::size_t k = 0; k < 8; ++k) {
+        const auto& row = rows[k];
+        EXPECT_EQ(row.at("width"), k < 4 ? 32 : 64);
+        EXPECT_EQ(row.at("frames"), 3);
+        EXPECT_EQ(row.at("triangles").get<std::uint64_t>() % 4096, 0u);
+        EXPECT_GT(row.at("triangles"), 0);
+        const double fps = row.at("device_frames_per_second");
+        if (fps > 0) {
+            EXPECT_NEAR(row.at("device_triangles_per_second").get<double>() / fps,
+                        row.at("triangles").get<double>() / 3, 1);
+        }
+        EXPECT_GT(row.at("frames_per_second"), 0);
+        EXPECT_LE(row.at("triangles").get<std::uint64_t>(),
+                  3 * row.at("most_triangles").get<std::uint64_t>());
+    }
+    EXPECT_EQ(carat("bench frames hills.carat --sizes 32x24,").exit, 2);
+}
+
 TEST_F(Bench, DeadlineTellsWhoIsLate) {
     write_raster(path("hills.tif"), hills());
     ASSERT_EQ(carat("build --layer hills.tif --tolerance 5 -o hills.carat").exit, 0);
