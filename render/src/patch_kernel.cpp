@@ -18,8 +18,8 @@ HWY_BEFORE_NAMESPACE();
 namespace carat::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using D = hn::ScalableTag<double>;
-using V = hn::Vec<D>;
+#include "vertex_lanes.inc"
+
 using I64 = hn::Rebind<std::int64_t, D>;
 using U64 = hn::Rebind<std::uint64_t, D>;
 // As many lanes as D has, and full vectors.
@@ -29,46 +29,26 @@ using HalfU32 = hn::Rebind<std::uint32_t, D>;
 using F = hn::ScalableTag<float>;
 using I32 = hn::ScalableTag<std::int32_t>;
 
-// Operators for the formula, which is written once for scalars and vectors.
-struct Lanes {
-    V v;
-};
-HWY_INLINE Lanes operator+(Lanes l, Lanes r) { return {hn::Add(l.v, r.v)}; }
-HWY_INLINE Lanes operator-(Lanes l, Lanes r) { return {hn::Sub(l.v, r.v)}; }
-HWY_INLINE Lanes operator*(Lanes l, Lanes r) { return {hn::Mul(l.v, r.v)}; }
-HWY_INLINE Lanes operator/(Lanes l, Lanes r) { return {hn::Div(l.v, r.v)}; }
-HWY_INLINE Lanes root(Lanes x) { return {hn::Sqrt(x.v)}; }
-HWY_INLINE Lanes constant(double x, Lanes) { return {hn::Set(D(), x)}; }
-HWY_INLINE Lanes inverse_root_guess(Lanes x) {
-    const auto halved = hn::ShiftRight<1>(hn::BitCast(U64(), x.v));
-    return {hn::BitCast(D(), hn::Sub(hn::Set(U64(), 0x5FE6EB50C7B537A9), halved))};
-}
-#define VERTEX_FORMULA HWY_INLINE
-#include "vertex_formula.inc"
-#undef VERTEX_FORMULA
-
-void Tangents(double* x, std::size_t count) {
-    const D d;
-    for (std::size_t k = 0; k < count; k += hn::Lanes(d)) {
-        const V v = hn::LoadU(d, x + k);
-        const V t = tangent(Lanes{v}).v;
-        hn::StoreU(hn::IfThenElse(hn::Eq(hn::Abs(v), hn::Set(d, 1.0)), v, t), d, x + k);
-    }
-}
-
 HWY_INLINE V load_heights(const std::int32_t* p) { return hn::PromoteTo(D(), hn::LoadU(HalfI32(), p)); }
 HWY_INLINE V load_heights(const std::int64_t* p) { return hn::ConvertTo(D(), hn::LoadU(I64(), p)); }
 
-// Three rows of vertices at a time: offsets in length units, rounded to vertices and not rounded for normals.
+// Some rows of vertices at a time: offsets in length units, rounded to vertices and not rounded for normals.
 // The row before and after each row and the vertex before its first may be read. Whatever lies beyond a row's
 // end is left from other rows, and comes to nothing.
 constexpr int kMargin = 16, kPitch = kMargin + 129 + 47;
+// Rows made together, and kept: these and the two before them.
+constexpr int kBlock = 8, kRing = 16;
 struct Row {
     alignas(64) std::int64_t x[kPitch], y[kPitch], z[kPitch];
     alignas(64) float fx[kPitch], fy[kPitch], fz[kPitch], height[kPitch];
 };
+// Of the first vertex of each row, then of the last of each: tangents and then places in length units.
+struct Border {
+    double place[3][2 * 129 + 30], height[2 * 129 + 30];
+};
 struct Scratch {
-    Row rows[3];
+    Row rows[kRing];
+    Border border{};
     alignas(64) std::int32_t normals[kPitch];
 };
 
@@ -86,16 +66,20 @@ class Builder {
 
     template <class Height>
     void run(const Height* heights, std::size_t count) {
-        for (int r = 0; r <= s_.cells; ++r) {
-            positions(r, heights, count);
-            if (r > 0) emit(r - 1);
+        for (int first = 0, done = 0; first <= s_.cells; first += kBlock) {
+            const int end = std::min(first + kBlock, s_.cells + 1);
+            if (s_.fit != nullptr && first < s_.cells)
+                fitted_rows(first, end, heights);
+            else
+                for (int r = first; r < end; ++r) exact_row(r, heights, count);
+            for (; done < (end > s_.cells ? end : end - 1); ++done) emit(done);
         }
-        emit(s_.cells);
+        if (s_.fit != nullptr) border(heights);
         borrow_border_normals();
     }
 
   private:
-    Row& row(int r) { return scratch_.rows[(r + 3) % 3]; }
+    Row& row(int r) { return scratch_.rows[static_cast<unsigned>(r + kRing) % kRing]; }
 
     // The tangents of a row.
     struct Tangent {
@@ -110,12 +94,12 @@ class Builder {
     }
 
     template <class Height>
-    void positions(int r, const Height* heights, std::size_t count) {
+    void exact_row(int r, const Height* heights, std::size_t count) {
         const D d;
         const int lanes = static_cast<int>(hn::Lanes(d));
         Row& out = row(r);
         const std::size_t first = half_vertex_index(r, 0);
-        const Body<Lanes> body{{hn::Set(d, s_.a2)}, {hn::Set(d, s_.b2)}, {hn::Set(d, s_.per_unit)}};
+        const Body<Lanes> body = this->body();
         const V metres = hn::Set(d, s_.metres);
         const Tangent wx = tangent(0, r), wy = tangent(1, r), wz = tangent(2, r);
         const Axis x(*this, 0), y(*this, 1), z(*this, 2);
@@ -140,6 +124,119 @@ class Builder {
         }
     }
 
+    // The first and the last vertex of every row but the last go where the formula has them: neighbours share
+    // them. Normals keep the fitted place, which differs by less than floats do.
+    template <class Height>
+    void border(const Height* heights) {
+        const D d;
+        Border& b = scratch_.border;
+        const int n = s_.cells + 1;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            for (int r = 0; r < n; ++r) {
+                b.place[axis][r] = s_.tangents[axis]->value(r, 0);
+                b.place[axis][n + r] = s_.tangents[axis]->value(r, r);
+            }
+        for (int r = 0; r < n; ++r) {
+            b.height[r] = static_cast<double>(heights[half_vertex_index(r, 0)]);
+            b.height[n + r] = static_cast<double>(heights[half_vertex_index(r, r)]);
+        }
+        const Body<Lanes> body = this->body();
+        const V metres = hn::Set(d, s_.metres);
+        for (int k = 0; k < 2 * n; k += static_cast<int>(hn::Lanes(d))) {
+            const auto w = [&](std::size_t axis) HWY_ATTR { return Lanes{hn::LoadU(d, b.place[axis] + k)}; };
+            const V h = hn::Mul(hn::LoadU(d, b.height + k), metres);
+            const std::array<Lanes, 3> p = position(body, w(0), w(1), w(2), Lanes{h});
+            for (std::size_t axis = 0; axis < 3; ++axis) hn::StoreU(p[axis].v, d, b.place[axis] + k);
+        }
+        for (int r = 0; r < s_.cells; ++r) {
+            move(r, vertices_[half_vertex_index(r, 0)]);
+            move(n + r, vertices_[half_vertex_index(r, r)]);
+        }
+    }
+
+    HWY_INLINE void move(int k, PatchVertex& vertex) const {
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            vertex.offset[axis] = nearest_whole(scratch_.border.place[axis][k]) - s_.anchor[axis];
+    }
+
+    Body<Lanes> body() const {
+        const D d;
+        return {{hn::Set(d, s_.a2)}, {hn::Set(d, s_.b2)}, {hn::Set(d, s_.per_unit)}};
+    }
+
+    template <class Height>
+    void fitted_rows(int first, int end, const Height* heights) {
+        switch (s_.fit->coefficients) {
+            case 4:
+                fitted_rows<4>(first, end, heights);
+                break;
+            case 5:
+                fitted_rows<5>(first, end, heights);
+                break;
+            case 6:
+                fitted_rows<6>(first, end, heights);
+                break;
+            default:
+                fitted_rows<8>(first, end, heights);
+        }
+    }
+
+    // No vector reaches beyond the last height: the last row is not among these.
+    template <std::size_t kCount, class Height>
+    void fitted_rows(int first, int end, const Height* heights) {
+        const D d;
+        const V flattening = hn::Set(d, s_.fit->flattening), metres = hn::Set(d, s_.metres);
+        const Axis x(*this, 0), y(*this, 1), z(*this, 2);
+        const double* const rows = s_.fit->rows.data();
+        Row* const ring = scratch_.rows;
+        for (int c = 0; c < end; c += static_cast<int>(hn::Lanes(d))) {
+            const Polynomial<kCount> surface(s_.fit->surface, c), normal(s_.fit->normal, c);
+            const int at = kMargin + c;
+            const Tangents tx(*s_.tangents[0], c), ty(*s_.tangents[1], c), tz(*s_.tangents[2], c);
+            int r = std::max(first, c);
+            const Height* height = heights + half_vertex_index(r, 0) + c;
+            for (; r < end; height += ++r) {
+                const V h = hn::Mul(load_heights(height), metres);
+                const V rho = hn::Set(d, rows[r]);
+                const V a = surface(rho), raised = hn::Mul(h, normal(rho)), across = hn::Add(a, raised);
+                Row& out = ring[static_cast<unsigned>(r) % kRing];
+                x.store(hn::Mul(tx.row(r), across), out.x + at, out.fx + at);
+                y.store(hn::Mul(ty.row(r), across), out.y + at, out.fy + at);
+                z.store(hn::Mul(tz.row(r), hn::Add(hn::Mul(a, flattening), raised)), out.z + at, out.fz + at);
+                hn::StoreU(hn::DemoteTo(HalfF(), h), HalfF(), out.height + at);
+            }
+        }
+    }
+
+    // Of some columns, row by row.
+    struct Tangents {
+        const double* first;
+        std::ptrdiff_t per_row;
+        bool along_row;
+        HWY_INLINE Tangents(const TangentTable& table, int c)
+            : first(table.at(0) + (table.along_row() ? c : 0)),
+              per_row(table.at(1) - table.at(0)),
+              along_row(table.along_row()) {}
+        HWY_INLINE V row(int r) const {
+            const double* const at = first + r * per_row;
+            return along_row ? hn::LoadU(D(), at) : hn::Set(D(), *at);
+        }
+    };
+
+    // Of the rows, in a vector of columns.
+    template <std::size_t kCount>
+    struct Polynomial {
+        V coefficient[kCount];
+        HWY_INLINE Polynomial(const PositionFit::Coefficients& columns, int c) {
+            for (std::size_t k = 0; k < kCount; ++k) coefficient[k] = hn::LoadU(D(), columns[k].data() + c);
+        }
+        HWY_INLINE V operator()(V x) const {
+            V sum = coefficient[kCount - 1];
+            for (std::size_t k = kCount - 1; k-- > 0;) sum = hn::Add(hn::Mul(sum, x), coefficient[k]);
+            return sum;
+        }
+    };
+
     struct Axis {
         V anchor;
         hn::Vec<I64> anchor_bits;  // of the anchor + kWholeInMantissa, modulo 2^64
@@ -155,18 +252,24 @@ class Builder {
     };
 
     // Row r, the rows around it being there. Vectors that reach beyond a row's end are overwritten by the
-    // next.
-    void emit(int r) {
+    // next; they start where no store crosses a cache line.
+    HWY_INLINE void emit(int r) {
         normals(r);
         const int lanes = static_cast<int>(hn::Lanes(D()));
         PatchVertex* const out = vertices_ + half_vertex_index(r, 0);
         const PatchVertex* const end = vertices_ + half_vertex_count(s_.cells);
-        for (int c = 0; c <= r; c += lanes) {
+        const Row& mid = row(r);
+        const int odd = static_cast<int>(half_vertex_index(r, 0) % 2);
+        if (odd != 0) {
+            out->offset = {mid.x[kMargin], mid.y[kMargin], mid.z[kMargin]};
+            out->height = mid.height[kMargin];
+        }
+        for (int c = odd; c <= r; c += lanes) {
             if (HWY_LIKELY(out + c + lanes <= end)) {
-                emit(row(r), kMargin + c, out + c);
+                emit(mid, kMargin + c, out + c);
             } else {
                 PatchVertex rest[64];
-                emit(row(r), kMargin + c, rest);
+                emit(mid, kMargin + c, rest);
                 std::copy(rest, rest + (end - (out + c)), out + c);
             }
         }
@@ -271,41 +374,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace carat {
 
-HWY_EXPORT(Tangents);
 HWY_EXPORT(Build32);
 HWY_EXPORT(Build64);
-
-void tangents_in_place(std::span<double> tangents) {
-    assert(tangents.size() % 16 == 0);
-    HWY_DYNAMIC_DISPATCH(Tangents)(tangents.data(), tangents.size());
-}
-
-// The coordinate is origin + i u + j v with u and v each 0 or +-step, so it takes few values. Along a row it
-// rises by one step, or falls: then the table is in descending order.
-TangentTable::TangentTable(const HalfFrame& f, int side, int axis, int cells) {
-    const auto sign = [](std::int64_t x) { return x > 0 ? 1 : x < 0 ? -1 : 0; };
-    const std::int64_t u = f.u[axis], v = f.v[axis], step = std::max(std::abs(u), std::abs(v));
-    const int along_r = sign(side == 0 ? u : v), along_c = sign(side == 0 ? v : u);
-    assert(u == sign(u) * step && v == sign(v) * step);
-    along_row_ = along_c != 0;
-    const int direction = along_c < 0 ? -1 : 1;
-    per_row_ = along_r * direction;
-    // Values of r per_row + c (or r per_row) over 0 <= c <= r <= cells.
-    const int least = per_row_ < 0 ? -cells : 0;
-    const int greatest = (per_row_ > 0 ? cells : 0) + (along_row_ && per_row_ >= 0 ? cells : 0);
-    first_ = -least;
-    const auto count = static_cast<std::size_t>(greatest - least + 1);
-    const std::size_t padded = (count + 16 + 15) / 16 * 16;
-    assert(padded <= tangents_.size());
-    std::fill(tangents_.begin() + static_cast<std::ptrdiff_t>(count),
-              tangents_.begin() + static_cast<std::ptrdiff_t>(padded), 0.0);
-    constexpr double kScale = 1.0 / static_cast<double>(kLatticeExtent);
-    for (std::size_t k = 0; k < count; ++k) {
-        const std::int64_t x = f.origin[axis] + (least + static_cast<std::int64_t>(k)) * direction * step;
-        tangents_[k] = static_cast<double>(x) * kScale;
-    }
-    tangents_in_place({tangents_.data(), padded});
-}
 
 void build_vertices(const PatchShape& shape, std::span<const std::int32_t> heights, PatchVertex* vertices) {
     HWY_DYNAMIC_DISPATCH(Build32)(shape, heights.data(), heights.size(), vertices);

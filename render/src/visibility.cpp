@@ -7,7 +7,7 @@
 #include "carat/globe/patch.hpp"
 #include "carat/render/vector.hpp"
 #include "half_kernel.hpp"
-#include "patch_kernel.hpp"
+#include "tangent_table.hpp"
 
 namespace carat {
 namespace {

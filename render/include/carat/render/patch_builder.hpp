@@ -1,7 +1,9 @@
 // Patches from heights: exact positions, and normals.
 //
-// position = vertex_position() of lattice point and height (vertex_position.hpp): one function, so a vertex
-// shared by patches is the same three integers.
+// position = vertex_position() of lattice point and height (vertex_position.hpp) on the border: one function,
+// so a vertex shared by patches is the same three integers. Inside deep patches its two smooth factors are
+// interpolated (src/position_fit.hpp), within kPositionRounding as everywhere: another vertex only where the
+// formula's lies that near to half a unit. The same integers on every processor.
 //
 // Normals are finite differences of these positions. Inside a patch: the cross product of the central
 // differences along rows and columns, which is the area vector of the ring of four nearest neighbours. On an
@@ -13,15 +15,19 @@
 // 2.4, and needs the positions of every refined diamond.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
 #include "carat/codec/colour.hpp"
+#include "carat/globe/diamond.hpp"
 #include "carat/globe/ellipsoid.hpp"
 #include "carat/render/half_heights.hpp"
 #include "carat/render/patch_mesh.hpp"
 
 namespace carat {
+
+struct FitOrder;  // position_fit.hpp
 
 // Thread-safe.
 class PatchBuilder {
@@ -40,6 +46,7 @@ class PatchBuilder {
     Ellipsoid body_;
     double quantum_, unit_;
     int cells_;
+    std::array<const FitOrder*, kDeepestId + 1> fits_{};
     std::shared_ptr<const ColourRepository> colour_;
 };
 

@@ -3,7 +3,7 @@
 //
 //   frame      body-fixed as in globe/globe.hpp; bounds and views in metres, double
 //   vertices   whole length units u = 2^(floor(log2 a) - 39) m, int64 a component      patch_mesh.hpp
-//   position   of a vertex: one function of lattice point and height                   vertex_position.hpp
+//   position   of a vertex: one function of lattice point and height where shared      vertex_position.hpp
 //   view       a camera and its frustum; heading clockwise from north, pitch up        view.hpp
 //   visibility culling and screen error in pixels, both true bounds                    visibility.hpp
 //   cut        the least within a threshold: a pure function of (file, view, threshold)  cut.hpp

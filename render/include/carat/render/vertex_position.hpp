@@ -1,4 +1,5 @@
-// Where a vertex is: one function of (lattice point, height), whichever patch asks.
+// Where a vertex is: one function of (lattice point, height), whichever patch asks. Vertices inside a patch,
+// which no other has, may be another's rounding of it (patch_builder.hpp).
 //
 //   w = (t(X/2^30), t(Y/2^30), t(Z/2^30))           t(x) = tan(pi/4 x), exactly x at -1, 0, 1, and odd
 //   e = (a^2 wx, a^2 wy, b^2 wz)                     a point of the ellipsoid is e / sqrt(e . w)
@@ -16,7 +17,7 @@
 
 namespace carat {
 
-// Length units. Measured: 0.0001.
+// Length units, for |height| <= a; vertices inside patches included. Measured: 0.0005.
 inline constexpr double kPositionRounding = 0.01;
 
 // tan(pi/4 x), |x| <= 1.
