@@ -107,7 +107,7 @@ ViewRequest Flight::at(double time) const {
                                            view.eye.latitude, view.eye.longitude);
     view.height = mix(from.base, to.base, u) + (from.height - from.base) * std::pow(ratio, u);
     view.heading = at(heading_, k, u);
-    view.pitch = at(pitch_, k, u);
+    view.pitch = std::clamp(at(pitch_, k, u), -90.0, 90.0);  // between keyframes, but for roundings
     view.fov = at(fov_, k, u);
     view.roll = at(roll_, k, u);
     return view;
