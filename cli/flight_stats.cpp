@@ -70,6 +70,7 @@ std::vector<Column> time_columns() {
             milliseconds("decode_ms", &C::decode_ms),
             milliseconds("build_ms", &C::build_ms),
             milliseconds("upload_ms", &FrameCounters::upload_ms),
+            milliseconds("stall_ms", &FrameCounters::stall_ms),
             milliseconds("gpu_ms", &FrameCounters::gpu_ms),
             milliseconds("readback_ms", &FrameCounters::readback_ms),
             milliseconds("write_ms", &FrameRow::write_ms),
@@ -121,6 +122,9 @@ void FlightStats::add(const FrameRow& r) {
     virtual_ += r.cut.virtual_decoded;
     uploads_ += r.gpu.patches_uploaded;
     upload_bytes_ += r.gpu.bytes_uploaded;
+    most_uploaded_ = std::max(most_uploaded_, r.gpu.bytes_uploaded);
+    stalls_ += r.gpu.stall_ms > 0 ? 1 : 0;
+    stall_ms_ += r.gpu.stall_ms;
     converged_ += r.converged ? 1 : 0;
     if (name_.empty()) return;
     for (std::size_t k = 0; k < columns().size(); ++k) out_ << (k == 0 ? "" : ",") << columns()[k].text(r);
@@ -165,10 +169,10 @@ std::string FlightStats::text() const {
         grouped(static_cast<std::uint64_t>(per_second(triangles_, total_gpu_ms_))));
     out += fmt::format(
         "{} pages, {} read ({:.2f} % of the file); {} diamonds decoded, {} predicted, {} virtual; {} patches "
-        "({}) uploaded",
+        "({}) uploaded, {} a frame at most; {} frames stalled for it, {:.1f} ms in all",
         grouped(pages_), bytes_text(bytes_), 100 * static_cast<double>(bytes_) / file_bytes_,
         grouped(decoded_), grouped(predicted_), grouped(virtual_), grouped(uploads_),
-        bytes_text(upload_bytes_));
+        bytes_text(upload_bytes_), bytes_text(most_uploaded_), stalls_, stall_ms_);
     return out;
 }
 
@@ -200,7 +204,11 @@ nlohmann::ordered_json FlightStats::json() const {
     out["read"] = {
         {"pages", pages_}, {"bytes", bytes_}, {"share_of_file", static_cast<double>(bytes_) / file_bytes_}};
     out["diamonds"] = {{"decoded", decoded_}, {"predicted", predicted_}, {"virtual", virtual_}};
-    out["uploads"] = {{"patches", uploads_}, {"bytes", upload_bytes_}};
+    out["uploads"] = {{"patches", uploads_},
+                      {"bytes", upload_bytes_},
+                      {"bytes_a_frame_max", most_uploaded_},
+                      {"stalled_frames", stalls_},
+                      {"stall_ms", stall_ms_}};
     return out;
 }
 

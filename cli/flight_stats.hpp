@@ -48,8 +48,8 @@ class FlightStats {
     double file_bytes_, interval_ms_, budget_ms_, threshold_;
     std::vector<double> frame_ms_, refine_ms_, gpu_ms_, error_;
     std::uint64_t triangles_ = 0, pages_ = 0, bytes_ = 0, decoded_ = 0, predicted_ = 0, virtual_ = 0,
-                  uploads_ = 0, upload_bytes_ = 0, converged_ = 0;
-    double total_ms_ = 0, total_gpu_ms_ = 0;
+                  uploads_ = 0, upload_bytes_ = 0, most_uploaded_ = 0, stalls_ = 0, converged_ = 0;
+    double total_ms_ = 0, total_gpu_ms_ = 0, stall_ms_ = 0;
 };
 
 }  // namespace carat::cli

@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <deque>
@@ -102,6 +103,8 @@ class Pilot {
         RendererOptions options = o.renderer;
         options.cells = file->header().cells();
         options.coloured = draped_ != nullptr;
+        constexpr std::size_t kGreatestFrame = 64u << 20;  // beyond it a stall is the lesser evil
+        if (o.budget) options.upload_bytes = staging_bytes(std::min(o.upload, kGreatestFrame));
         renderer_ = std::make_unique<Renderer>(body_, length_unit(body_), options);
         if (const auto colours = chosen_colours(o.look)) renderer_->set_colours(*colours);
     }

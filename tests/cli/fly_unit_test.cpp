@@ -1,4 +1,6 @@
 // carat fly: frames, statistics, the two modes, refusals. Drawing is skipped where there is no Vulkan device.
+#include <algorithm>
+
 #include "program.hpp"
 #include "rasters.hpp"
 
@@ -70,7 +72,7 @@ TEST_F(Fly, StatisticsHaveALineAFrame) {
         EXPECT_GE(at("frame_ms"), at("refine_ms"));
         for (const char* name :
              {"culled_frustum", "culled_horizon", "culled_back", "bytes_read", "decoded", "predicted",
-              "uploaded", "selection_ms", "decode_ms", "build_ms", "upload_ms", "gpu_ms"})
+              "uploaded", "selection_ms", "decode_ms", "build_ms", "upload_ms", "stall_ms", "gpu_ms"})
             EXPECT_GE(at(name), 0) << name;
         pages += static_cast<std::uint64_t>(at("pages_read"));
         triangles += static_cast<std::uint64_t>(at("triangles"));
@@ -80,6 +82,7 @@ TEST_F(Fly, StatisticsHaveALineAFrame) {
     EXPECT_EQ(json.at("converged_frames"), 6);
     EXPECT_EQ(json.at("read").at("pages"), pages);
     EXPECT_EQ(json.at("triangles"), triangles);
+    EXPECT_EQ(json.at("uploads").at("stalled_frames"), 0) << "a small planet's patches fit the ring";
     EXPECT_GT(json.at("triangles_per_second"), 0);
     EXPECT_LE(json.at("frame_ms").at("p50"), json.at("frame_ms").at("p95"));
     EXPECT_LE(json.at("frame_ms").at("p99"), json.at("frame_ms").at("max"));
@@ -104,6 +107,43 @@ TEST_F(Fly, WithABudgetAFrameTakesWhatIsReady) {
     EXPECT_NEAR(json.at("share_over_budget").get<double>(), over / 31.0, 0.5 / 31);
     EXPECT_LT(json.at("converged_frames"), 31) << "half a millisecond is not enough for so small an error";
     EXPECT_TRUE(fs::exists(path("frames/frame-00031.png")));
+}
+
+// An eye at rest that looks straight down: all patches come at once, or with --upload a few a frame, on the
+// device too. The staging ring takes them without a stall.
+TEST_F(Fly, AnUploadBudgetIsKeptAndNothingStalls) {
+    CARAT_NEEDS_VULKAN();
+    std::ofstream(path("still.json")) << R"([{"time": 0, "lat": 1, "lon": 1, "height": 1e7, "pitch": -90},
+        {"time": 1, "lat": 1, "lon": 1, "height": 1e7, "pitch": -90}])";
+    const auto most_of = [&](const std::string& upload) {
+        const Outcome r = carat(
+            "fly a.carat --path still.json --fps 10 --size 32x24 --samples 1 --spacing 0 --error 0.001 "
+            "--budget 10000 --stats u.csv --overwrite --json -o frames --upload " +
+            upload);
+        EXPECT_EQ(r.exit, 0) << r.err;
+        const auto rows = table("u.csv");
+        const auto column = [&](const std::string& name) {
+            return static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), name) -
+                                            rows[0].begin());
+        };
+        std::uint64_t most = 0, all = 0;
+        for (std::size_t k = 1; k < rows.size(); ++k) {
+            const std::uint64_t bytes = std::stoull(rows[k][column("bytes_uploaded")]);
+            most = std::max(most, bytes);
+            all += bytes;
+            EXPECT_EQ(std::stod(rows[k][column("stall_ms")]), 0) << upload << ", frame " << k;
+        }
+        const auto uploads = r.json().at("uploads");
+        EXPECT_EQ(uploads.at("bytes"), all);
+        EXPECT_EQ(uploads.at("bytes_a_frame_max"), most);
+        EXPECT_EQ(uploads.at("stalled_frames"), 0);
+        EXPECT_EQ(uploads.at("stall_ms"), 0);
+        return most;
+    };
+    constexpr std::uint64_t kPatch = 2145 * 32 + 32;
+    EXPECT_GT(most_of("100M"), 40 * kPatch);
+    // Copies of neighbours with new border normals may exceed it by those of one seam.
+    EXPECT_LT(most_of("1M"), (1u << 20) + 8 * kPatch);
 }
 
 TEST_F(Fly, PicturesCanBeExr) {

@@ -198,7 +198,8 @@ void PatchStore::end_batch() {
     }
 }
 
-void PatchStore::draw(VkCommandBuffer commands, VkPipelineLayout layout) const {
+int PatchStore::draw(VkCommandBuffer commands, VkPipelineLayout layout) const {
+    int calls = 0;
     vkCmdBindIndexBuffer(commands, indices_.handle.get(), 0, VK_INDEX_TYPE_UINT16);
     for (const Chunk& chunk : chunks_) {
         if (chunk.commands.empty()) continue;
@@ -207,7 +208,9 @@ void PatchStore::draw(VkCommandBuffer commands, VkPipelineLayout layout) const {
         vkCmdDrawIndexedIndirect(commands, chunk.draws.handle.get(), 0,
                                  static_cast<std::uint32_t>(chunk.commands.size()),
                                  sizeof(VkDrawIndexedIndirectCommand));
+        ++calls;
     }
+    return calls;
 }
 
 VkDescriptorSet PatchStore::shared_set() {

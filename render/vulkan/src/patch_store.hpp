@@ -35,7 +35,8 @@ class PatchStore {
     bool add(const MeshPointer& mesh);
     // Uploads the draw commands of the batch. The ring must be flushed before draw().
     void end_batch();
-    void draw(VkCommandBuffer commands, VkPipelineLayout layout) const;
+    // Returns how many multi-draws that took: one for each chunk with patches of the batch.
+    int draw(VkCommandBuffer commands, VkPipelineLayout layout) const;
 
     // The descriptor set and the slot within it that hold a mesh added in this batch last.
     std::pair<VkDescriptorSet, std::uint32_t> last_added() const;

@@ -61,7 +61,6 @@ struct Renderer::State {
     vk::PassKind look(vk::PassKind pass, const DrawRequest& request) const;
     void submit(const DrawRequest& request, PatchList patches);
     Frame collect();
-    std::size_t prefetch(PatchList patches, std::size_t budget);
     std::vector<std::array<float, 4>> probe(const DrawRequest& request, const vk::MeshPointer& mesh);
 
     void prepare_targets(const DrawRequest& request);
@@ -96,7 +95,7 @@ struct Renderer::State {
     int in_flight = 0;
     struct Totals {
         std::uint64_t uploads = 0, bytes = 0;
-        double stalled_ms = 0, prefetch_ms = 0;
+        double stalled_ms = 0;
     } counted, total;  // up to the last frame; so far
 };
 
@@ -205,7 +204,8 @@ void Renderer::State::draw_batch(const DrawRequest& request, bool first, bool la
         const bool background = last && (pass.sky || pass.water);
         targets->begin(buffer, pass, request.background, first, last && !background);
         vkCmdBindPipeline(buffer, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.draw(pass));
-        store.draw(buffer, pipelines.layout());
+        ++frame.frame.counters.passes;
+        frame.frame.counters.draw_calls += store.draw(buffer, pipelines.layout());
         vkCmdEndRendering(buffer);
         vk::full_barrier(buffer);
         if (background) draw_background(buffer, pass, request);
@@ -256,7 +256,6 @@ void Renderer::State::submit(const DrawRequest& request, PatchList patches) {
     next.reads = frame_images(request, *targets, next.frame);
     FrameCounters& c = next.frame.counters;
     c.samples = static_cast<int>(targets->wish().samples);
-    c.upload_ms = total.prefetch_ms - counted.prefetch_ms;
 
     prepare_sky(request, c);
     const gpu::FrameData data = make_frame_data(request, body, metres_per_unit, table, air);
@@ -278,7 +277,7 @@ void Renderer::State::submit(const DrawRequest& request, PatchList patches) {
         draw_batch(request, c.batches == 0, remaining.empty(), next);
     } while (!remaining.empty());
 
-    total = {store.uploads(), store.upload_bytes(), ring.stalled_ms(), total.prefetch_ms};
+    total = {store.uploads(), store.upload_bytes(), ring.stalled_ms()};
     c.triangles = c.patches_drawn * cells * cells;
     c.patches_uploaded = total.uploads - counted.uploads;
     c.bytes_uploaded = total.bytes - counted.bytes;
@@ -309,20 +308,6 @@ Frame Renderer::State::collect() {
     --in_flight;
     first.reads.clear();
     return std::move(first.frame);
-}
-
-std::size_t Renderer::State::prefetch(PatchList patches, std::size_t budget) {
-    const auto start = Clock::now();
-    store.begin_batch();
-    std::size_t spent = 0, count = 0;
-    for (const auto& mesh : patches) {
-        if (!store.resident(mesh) && (spent += store.patch_bytes()) > budget) break;
-        if (!store.add(mesh)) break;
-        ++count;
-    }
-    ring.flush();
-    total.prefetch_ms += ms_since(start);
-    return count;
 }
 
 std::vector<std::array<float, 4>> Renderer::State::probe(const DrawRequest& request,
@@ -388,9 +373,6 @@ Frame Renderer::draw(const DrawRequest& request, PatchList patches) {
 void Renderer::submit(const DrawRequest& request, PatchList patches) { state_->submit(request, patches); }
 Frame Renderer::collect() { return state_->collect(); }
 int Renderer::frames_in_flight() const { return state_->in_flight; }
-std::size_t Renderer::prefetch(PatchList patches, std::size_t budget) {
-    return state_->prefetch(patches, budget);
-}
 std::size_t Renderer::patch_bytes() const { return state_->store.patch_bytes(); }
 std::vector<std::array<float, 4>> Renderer::clip_positions(const DrawRequest& request,
                                                            const std::shared_ptr<const PatchMesh>& mesh) {

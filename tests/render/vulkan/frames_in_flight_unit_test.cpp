@@ -90,24 +90,6 @@ TEST_F(FramesInFlight, TooManyOrTooFewAreRefused) {
     EXPECT_NO_THROW(gpu.draw(request(0), part(0)));
 }
 
-TEST_F(FramesInFlight, PrefetchHonoursItsBudgetAndSparesTheFrame) {
-    Renderer& gpu = renderer(body, kCells);
-    const std::size_t budget = 10 * gpu.patch_bytes() + 5;
-    std::size_t resident = 0;
-    for (int frames = 1; resident < patches.size(); ++frames) {
-        const std::size_t before = resident;
-        resident = gpu.prefetch(patches, budget);
-        ASSERT_EQ(resident, std::min(patches.size(), before + 10));
-        // What was prefetched is resident, and nothing else is uploaded for the frame.
-        const auto taken = static_cast<std::ptrdiff_t>(resident);
-        const Frame frame = gpu.draw(request(0), Patches(patches.begin(), patches.begin() + taken));
-        ASSERT_EQ(frame.counters.patches_uploaded, resident - before);
-        ASSERT_LE(frame.counters.bytes_uploaded, budget);
-    }
-    expect_same(gpu.draw(request(0), patches), renderer(body, kCells).draw(request(0), patches));
-    EXPECT_EQ(gpu.prefetch(patches, 0), patches.size()) << "what is resident costs nothing";
-}
-
 TEST_F(FramesInFlight, TheHostWaitsForTheRingOnlyWhenItIsTooSmall) {
     RendererOptions options;
     options.cells = kCells;

@@ -39,6 +39,8 @@ TEST_F(Residency, ARepeatedFrameUploadsNothingAndIsTheSame) {
     EXPECT_EQ(first.counters.triangles, patches.size() * kCells * kCells);
     EXPECT_EQ(first.counters.bytes_uploaded, patches.size() * (half_vertex_count(kCells) + 1) * 32);
     EXPECT_EQ(first.counters.batches, 1);
+    EXPECT_EQ(first.counters.passes, 1) << "colour and AOVs together";
+    EXPECT_EQ(first.counters.draw_calls, 1) << "of all patches";
     const Frame second = gpu.draw(request, patches);
     EXPECT_EQ(second.counters.patches_uploaded, 0u);
     EXPECT_EQ(second.counters.patches_drawn, patches.size());
@@ -77,10 +79,29 @@ TEST_F(Residency, ASmallCapacityDrawsInBatchesWithoutAnyDifference) {
     }
 }
 
+// One indirect multi-draw a pass, whatever the number of patches; AOVs beside several samples are a second
+// pass.
+TEST_F(Residency, OneMultiDrawAPass) {
+    Renderer& gpu = renderer(body, kCells);
+    for (const std::size_t count : {1, 20, 96}) {
+        const auto part = Patches(patches.begin(), patches.begin() + static_cast<std::ptrdiff_t>(count));
+        for (const int samples : {1, 4}) {
+            request.samples = samples;
+            const FrameCounters c = gpu.draw(request, part).counters;
+            EXPECT_EQ(c.patches_drawn, count);
+            EXPECT_EQ(c.passes, samples == 1 ? 1 : 2);
+            EXPECT_EQ(c.draw_calls, c.passes);
+        }
+    }
+    EXPECT_EQ(gpu.draw(request, {}).counters.draw_calls, 0);
+}
+
 TEST_F(Residency, BatchesKeepSeveralSamples) {
     request.samples = 4;
-    expect_same(renderer(body, kCells).draw(request, patches),
-                renderer(body, kCells, 20).draw(request, patches));
+    const Frame whole = renderer(body, kCells).draw(request, patches),
+                batched = renderer(body, kCells, 20).draw(request, patches);
+    expect_same(whole, batched);
+    EXPECT_EQ(batched.counters.draw_calls, 2 * batched.counters.batches);
 }
 
 // A ray that meets a back face has met a front face before. On the outline itself the two are equally deep.

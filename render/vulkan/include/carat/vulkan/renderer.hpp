@@ -7,6 +7,10 @@
 //            relative error of at most 2^-23; equal integers give equal clip positions in every patch
 //   memory   patches live in fixed slots (capacity), least recently used first out; a longer list is drawn
 //            in batches: it costs uploads, never holes
+//   uploads  what a list brings that is not resident is uploaded in its frame, through a ring of staging
+//            memory. The bytes a frame may bring are the list's maker's to limit: RefineBudget::upload_bytes
+//            (carat fly --upload)
+//   draws    one shared index buffer, and one indirect multi-draw a pass for each buffer of slots (256 MiB)
 //   time     submit() and collect() keep up to kFramesInFlight frames under way, ordered on the device by one
 //            timeline; the host waits in collect(), and elsewhere only if the staging ring is full (stall_ms)
 #pragma once
@@ -31,6 +35,9 @@ namespace carat {
 // Vulkan loader or driver.
 std::vector<std::string> vulkan_devices();
 
+// Frames that may be under way at once.
+inline constexpr int kFramesInFlight = 2;
+
 struct RendererOptions {
     // Part of a name, or an index of vulkan_devices(); empty: discrete first, software last.
     std::string device;
@@ -40,13 +47,19 @@ struct RendererOptions {
     bool shadowed = false;    // meshes bring the sun's share (cast_shadows()), for DrawRequest::shadows
     int capacity = 4096;      // patch slots at most; memory is taken in chunks as they fill
     // Staging ring, in quarters. submit() never waits for the device while the uploads of
-    // kFramesInFlight + 1 frames fit in three quarters of it.
+    // kFramesInFlight + 1 frames fit in three quarters of it: staging_bytes() of what a frame uploads.
     std::size_t upload_bytes = 16u << 20;
     // Folder for compiled pipelines, made if missing; empty: none are kept. A file per device and driver;
     // what does not fit them or was damaged is ignored, and a folder that cannot be written costs nothing
     // but the time.
     std::string pipeline_cache;
 };
+
+// A ring for frames that upload so many bytes of patches each, at most: a quarter takes them with what else
+// a frame brings, its constants and draw commands.
+constexpr std::size_t staging_bytes(std::size_t frame_bytes) {
+    return (kFramesInFlight + 2) * (frame_bytes + frame_bytes / 64 + (1u << 20));
+}
 
 struct Light {
     Vec3 direction{1, 0, 0};         // towards the light, unit, body frame
@@ -94,17 +107,16 @@ struct DrawRequest {
 struct FrameCounters {
     std::uint64_t patches_drawn = 0, patches_uploaded = 0, triangles = 0, bytes_uploaded = 0;
     std::uint64_t patches_back = 0;  // of those given, left out for they face away from the eye
-    int batches = 0;
-    int samples = 0;         // a pixel, as used
-    double table_ms = 0;     // host and device: making the sky's tables, in the first frame that has one
-    double upload_ms = 0;    // host: choosing slots and filling the ring; stall_ms included
-    double stall_ms = 0;     // of these, waiting for the device to make room in the ring
-    double gpu_ms = 0;       // device: first to last drawing command by time stamps; 0 where there are none
+    int batches = 0;       // of patches, each with all passes: more than one only if there are too few slots
+    int draw_calls = 0;    // indirect multi-draws of patches: one for each batch, pass and buffer of slots
+    int passes = 0;        // with patches, of all batches
+    int samples = 0;       // a pixel, as used
+    double table_ms = 0;   // host and device: making the sky's tables, in the first frame that has one
+    double upload_ms = 0;  // host: choosing slots and filling the ring; stall_ms included
+    double stall_ms = 0;   // of these, waiting for the device to make room in the ring
+    double gpu_ms = 0;     // device: first to last drawing command by time stamps; 0 where there are none
     double readback_ms = 0;  // host: waiting for the frame and taking its pixels
 };
-
-// Frames that may be under way at once.
-inline constexpr int kFramesInFlight = 2;
 
 struct Frame {
     Picture colour;    // R, G, B, A: A is coverage; background not premultiplied in but filled
@@ -157,11 +169,7 @@ class Renderer {
     Frame collect();
     int frames_in_flight() const;
 
-    // Uploads patches that are not resident, in the order given, while `budget` bytes last; returns how many
-    // of the list, from its begin, are resident then. Frames drawn later need not upload them: a budget for
-    // each frame spreads the cost of a refinement. Counted in the next frame. Never waits but for the ring.
-    std::size_t prefetch(PatchList patches, std::size_t budget);
-    // What one patch costs of that budget.
+    // What uploading one patch takes.
     std::size_t patch_bytes() const;
 
     // Clip positions of a mesh's vertices as the vertex shader computes them.
