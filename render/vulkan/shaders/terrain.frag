@@ -14,6 +14,7 @@ layout(location = 3) centroid in float in_height;
 layout(location = 4) flat in uvec2 in_patch;
 layout(location = 5) centroid in vec3 in_tint;
 layout(location = 6) centroid in float in_sun;
+layout(location = 7) centroid in float in_one;
 
 #ifdef CARAT_COLOUR
 layout(location = 0) out vec4 out_colour;  // linear, alpha 1
@@ -26,7 +27,11 @@ layout(location = AOV_FIRST + 2) out uvec4 out_patch;  // half, number of the tr
 
 void main() {
 #ifdef CARAT_COLOUR
-    out_colour = vec4(surface_colour(in_normal, in_up, in_height, in_relative, in_tint, kShadows ? in_sun : 1.0), 1.0);
+    // 1, and what is divided by it left as it is, but on devices that divide what they interpolate at a covered sample
+    // by the depth of the pixel's centre (llvmpipe of Mesa 22.3): with ground seen at a low angle that is a tenth off.
+    float one = in_one;
+    out_colour = vec4(surface_colour(in_normal, in_up, in_height / one, in_relative / one, in_tint / one,
+                                     kShadows ? in_sun / one : 1.0), 1.0);
 #endif
 #ifdef CARAT_AOV
     out_position = vec4(in_relative, dot(frame.forward.xyz, in_relative));

@@ -11,6 +11,7 @@ layout(location = 3) out float out_height;
 layout(location = 4) flat out uvec2 out_patch;
 layout(location = 5) out vec3 out_tint;  // linear
 layout(location = 6) out float out_sun;  // share of it that is seen
+layout(location = 7) out float out_one;  // 1, unknown to the compiler
 
 layout(constant_id = 2) const bool kDrape = false;
 layout(constant_id = 3) const bool kShadows = false;
@@ -41,5 +42,6 @@ void main() {
     out_height = v.height;
     out_tint = kDrape ? linear_of(unpackUnorm4x8(colours[gl_VertexIndex]).rgb) : vec3(0.0);
     out_sun = kShadows ? unpackUnorm4x8(colours[gl_VertexIndex]).a : 1.0;
+    out_one = frame.body.x;
     out_patch = uvec2(p.id_low, p.id_high);
 }

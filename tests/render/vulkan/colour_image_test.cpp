@@ -199,6 +199,48 @@ TEST_F(ColourImage, ColoursOfMeshesAreDraped) {
         << "meshes without colours";
 }
 
+// Ground of one height has one colour, at the edges of its triangles too, however low it is looked at: there
+// depth changes by a tenth from a pixel to the next.
+TEST_F(ColourImage, SamplesLeaveTheEdgesOfTrianglesAsTheyAre) {
+    constexpr double kGround = 4000;
+    constexpr int kLevel = 24;  // triangles of 76 m
+    const Ellipsoid ball(6.4e6, 6.4e6);
+    const Geodetic place{7, 33};
+    const DiamondId below = locate(lattice_position(direction(place)), kLevel).half.diamond;
+    const Patches patches =
+        make_meshes(ball, {{below, 0}, {below, 1}}, kCells, [](const Vec3&) { return kGround; });
+    Renderer& gpu = renderer(ball, kCells);
+    ColourTable table;
+    table.name = "from black to white";
+    table.land = {{0, {{0, {0, 0, 0}}, {8000, {255, 255, 255}}}}};
+    gpu.set_colours(table);
+    const float expected = colour_at(table, 0, kGround)[0];
+    const Vec3 at = ball.position(direction(place), kGround);
+    DrawRequest request;
+    request.light.ambient = 1;
+    for (const int samples : {1, 4}) {
+        SCOPED_TRACE(samples);
+        request.samples = samples;
+        int covered = 0;
+        float worst = 0;
+        for (const double over : {1.5, 3.0, 10.0, 30.0})
+            for (const double roll : {0.0, 20.0}) {
+                request.camera =
+                    look_down(ball, place, std::sqrt(dot(at, at)) + over, kWidth, kHeight, 50, 80, roll);
+                const Frame frame = gpu.draw(request, patches);
+                for (int y = 0; y < kHeight; ++y)
+                    for (int x = 0; x < kWidth; ++x) {
+                        const float* pixel = frame.colour.at(x, y);
+                        if (pixel[3] != 1) continue;
+                        ++covered;
+                        worst = std::max(worst, std::abs(pixel[0] - expected));
+                    }
+            }
+        EXPECT_GT(covered, 100'000);
+        EXPECT_LT(worst, 0.001) << "the table is of half precision; six hundredths without in_one";
+    }
+}
+
 TEST_F(ColourImage, SamplesSmoothTheOutlineAndLeaveTheRest) {
     const Patches patches = make_meshes(body, level_halves(4), kCells, [](const Vec3&) { return 0.0; });
     Renderer& gpu = renderer(body, kCells);
