@@ -27,7 +27,8 @@ Refiner::State::Load& Refiner::State::Load::operator+=(const Load& other) {
     return *this;
 }
 
-// A part of the memory is left to what workers have in hand, lest results be dropped before they are used.
+// A part of the memory is left to what workers have in hand, lest results be dropped before they are used,
+// and to the faces' meshes, which are always there.
 void Refiner::State::set_limits(const RefineBudget& budget) {
     constexpr std::uint64_t kShareInHand = 16;
     const auto vertices = static_cast<std::uint64_t>(half_vertex_count(cells_));
@@ -36,7 +37,8 @@ void Refiner::State::set_limits(const RefineBudget& budget) {
     const std::uint64_t in_hand = std::max(options_.bytes / kShareInHand, 2 * greatest);
     most_in_hand_ = static_cast<std::size_t>(in_hand / greatest) - 1;  // one that is there and does not fit
     const auto cells = static_cast<std::uint64_t>(cells_);
-    most_.bytes = limit(options_.bytes - std::min(options_.bytes, in_hand));
+    const std::uint64_t faces = 2 * kFaces * maker_.mesh_bytes();
+    most_.bytes = limit(options_.bytes - std::min(options_.bytes, in_hand + faces));
     most_.patches = limit(options_.triangles / (cells * cells));
     most_.uploads = limit(budget.upload_bytes / maker_.mesh_bytes());
 }

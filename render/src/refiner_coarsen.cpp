@@ -76,21 +76,16 @@ void Refiner::State::coarsen_unneeded() {
             set_aside_.push_back(n->id);
             continue;
         }
-        stop = time_is_up() && counters_.coarsened > 0;
-        if (!stop && may_coarsen(*n) && uncover(*n, 0, false))
+        const Load change = load_of_coarsening(*n);
+        stop = counters_.coarsened > 0 &&
+               (time_is_up() || (change.uploads > 0 && uploads_ + change.uploads > most_.uploads));
+        if (!stop && fits(change) && uncover(*n, 0, false))
             coarsen(*n);
         else
             later.push_back(n->id);
     }
     unneeded_ = !later.empty();
     put_back(later);
-}
-
-bool Refiner::State::may_coarsen(LiveNode& n) {
-    const Load change = load_of_coarsening(n);
-    Load total = load();
-    total += change;
-    return !exceeds(total) && (change.uploads <= 0 || total.uploads <= most_.uploads);
 }
 
 }  // namespace carat

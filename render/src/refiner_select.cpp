@@ -83,9 +83,17 @@ bool Refiner::State::shown(const Judgement& judgement) const {
 
 void Refiner::State::enter_frontier(LiveHalf& half) {
     if (!shown(half)) return;
+    if (!half.visible()) decode_unseen(*half.node);
     ++drawn_;
     if (is_upload(half)) ++uploads_;
     if (!half.data.mesh) add_missing(half);
+}
+
+// What is not skipped costs what it would in sight; the cut does not need it.
+void Refiner::State::decode_unseen(LiveNode& n) {
+    if (!n.complete() || n.needed == frame_ || n.level >= maker_.deepest() || cache_.contains(n.id)) return;
+    n.priority = 0;
+    request(n);
 }
 
 void Refiner::State::leave_frontier(LiveHalf& half) {

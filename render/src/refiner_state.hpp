@@ -111,6 +111,7 @@ class Refiner::State {
     // Whether a frontier half judged so is drawn.
     bool shown(const Judgement& judgement) const;
     bool shown(const LiveHalf& half) const { return half.exists && shown(half.judgement); }
+    void decode_unseen(LiveNode& n);
     void enter_frontier(LiveHalf& half);  // precondition: judged
     void leave_frontier(LiveHalf& half);
 
@@ -153,7 +154,6 @@ class Refiner::State {
     bool ripe(const LiveNode& n) const { return to_the_end_ || frame_ - n.needed > kGrace; }
     void put_back(List<DiamondId>& popped);
     void coarsen_unneeded();
-    bool may_coarsen(LiveNode& n);
 
     // refiner_budget.cpp: what the budgets allow.
     void set_limits(const RefineBudget& budget);
@@ -164,6 +164,11 @@ class Refiner::State {
     Load load_of_refining(const LiveNode& n, const Refinement* refinement) const;
     Load load_of_coarsening(LiveNode& n);
     bool exceeds(const Load& l) const { return l.bytes > most_.bytes || l.patches > most_.patches; }
+    bool fits(const Load& change) const {
+        Load total = load();
+        total += change;
+        return !exceeds(total);
+    }
     bool helps(const Load& change, const Load& total) const;
     bool choose_room(const LiveNode& n, const Load& change);
     bool drop_unneeded(LiveNode& n, const Load& change);

@@ -89,6 +89,7 @@ std::int32_t FakeRepository::sample(const LatticePoint& p, int level) const {
 }
 
 void FakeRepository::refine(DiamondId d, const Heights& p, RefinedHeights& out) const {
+    ++refinements_;
     const int n = header_.n(), cells = n - 1, level = d.level();
     const std::array<HalfFrame, 2> frames{half_frame({d, 0}, cells), half_frame({d, 1}, cells)};
     const std::array<HalfFrame, 2> fine{half_frame({d, 0}, 2 * cells), half_frame({d, 1}, 2 * cells)};

@@ -1,6 +1,7 @@
 // A repository in memory whose heights are a formula, with summaries by brute force.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <unordered_map>
 #include <unordered_set>
@@ -32,7 +33,8 @@ class FakeRepository : public Repository {
 
     const RepositoryHeader& header() const override { return header_; }
     std::uint64_t file_bytes() const override { return 0; }
-    ReadCounters counters() const override { return {}; }
+    // Decoded: what has been refined.
+    ReadCounters counters() const override { return {0, 0, refinements_, 0}; }
     bool refined(DiamondId d) const override { return refined_.contains(d); }
     HalfSummary summary(const Half& half) const override { return summaries_.at(half); }
     Heights root(int face) const override { return heights_.at(root_diamond(face)); }
@@ -61,6 +63,7 @@ class FakeRepository : public Repository {
     Vec3 vertex(const Half& half, int i, int j) const;
 
     FakeOptions options_;
+    mutable std::atomic<std::uint64_t> refinements_{0};
     Ellipsoid body_;
     RepositoryHeader header_;
     std::unordered_set<DiamondId, DiamondIdHash> refined_;

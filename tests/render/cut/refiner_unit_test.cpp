@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <map>
 #include <mutex>
+#include <thread>
 
 #include "carat/globe/error.hpp"
 #include "carat/render/refiner.hpp"
@@ -121,15 +122,28 @@ TEST(Refiner, RefusesWhatCannotBeMeant) {
     EXPECT_THROW((void)refiner.frame(View(Ellipsoid(2, 2), request), {1, 0}, milliseconds(1)), Error);
 }
 
-// Workers are let go of while they work.
+// Workers are let go of while they work: what they have begun is finished, nothing else is, and the file is
+// let go of.
 TEST(Refiner, EndsWithWorkInHand) {
     const auto gate = std::make_shared<Gate>();
+    std::map<DiamondId, int> begun;
+    std::thread opens;
     {
-        Refiner refiner(gate);
-        (void)refiner.frame(near_view(), {1, 0}, milliseconds(1));
-        gate->open(true);
+        RefinerOptions options;
+        options.threads = 2;
+        Refiner refiner(gate, options);
+        const RefinedFrame frame = refiner.frame(near_view(), {1, 0}, milliseconds(1));
+        EXPECT_GE(frame.counters.waiting, 2u);
+        while ((begun = gate->times()).size() < 2) std::this_thread::yield();
+        // The refiner is ending when they are let through.
+        opens = std::thread([&] {
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            gate->open(true);
+        });
     }
-    SUCCEED();
+    opens.join();
+    EXPECT_EQ(gate->times(), begun);
+    EXPECT_EQ(gate.use_count(), 1);
 }
 
 }  // namespace

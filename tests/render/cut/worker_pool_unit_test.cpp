@@ -210,13 +210,32 @@ TEST(WorkerPool, WorkersDestroyWhatIsLeftOfResults) {
     EXPECT_NE(by, std::this_thread::get_id());
 }
 
+// What runs is finished, what waits is never started, and what either holds is let go.
 TEST(WorkerPool, ItEndsWithWorkInHandAndJobsWaiting) {
-    std::atomic<int> runs{0};
+    constexpr int kWorkers = 3;
+    std::atomic<int> started{0}, finished{0};
+    const auto held = std::make_shared<int>(0);
+    Gate gate;
+    std::thread opens([&] {
+        for (int k = 0; k < kWorkers; ++k) gate.wait_for_one();
+        // By now the pool is asked to end; were it not yet, more jobs might be started than counted here.
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        gate.open(kWorkers);
+    });
     {
-        Pool pool(3);
-        for (std::uint64_t k = 0; k < 200; ++k) pool.add({job(1, k, [&] { return ++runs; })});
+        Pool pool(kWorkers);
+        for (std::uint64_t k = 0; k < 200; ++k)
+            pool.add({job(1, k, [&, held] {
+                ++started;
+                gate.pass();
+                return ++finished;
+            })});
+        while (started < kWorkers) std::this_thread::yield();
     }
-    EXPECT_LE(runs, 200);
+    opens.join();
+    EXPECT_EQ(started, kWorkers);
+    EXPECT_EQ(finished, kWorkers);
+    EXPECT_EQ(held.use_count(), 1);
 }
 
 // Everything at once, for the sanitizers too.

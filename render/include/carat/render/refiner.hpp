@@ -43,8 +43,8 @@ struct RefineBudget {
 };
 
 struct RefinerOptions {
-    // Frontier halves off the screen and behind the horizon are neither built nor drawn. Off: they are, and
-    // change nothing in the picture; the cut and all other meshes are the same.
+    // Frontier halves off the screen and behind the horizon are neither built nor drawn, nor their diamonds
+    // decoded. Off: they are, and change nothing in the picture; the cut and all other meshes are the same.
     bool skip_frustum = true, skip_horizon = true;
     int threads = 0;  // workers; 0: one for each core
     // Drawn at most in any frame; but the coarsest cut, 12 patches, always is.
