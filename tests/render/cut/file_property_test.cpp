@@ -131,7 +131,8 @@ TEST(RefinerOfFile, PredictsWhereThereAreNoResiduals) {
     const std::shared_ptr<const Repository> repository = Repository::open(build.output);
     const Ellipsoid body = repository->header().ellipsoid();
     Refiner refiner(repository);
-    const RefinedFrame frame = refiner.frame(View(body, {{10, 40}, 50'000, 0, -60, 0, 50, 400, 250}), {0.5, 0});
+    const RefinedFrame frame =
+        refiner.frame(View(body, {{10, 40}, 50'000, 0, -60, 0, 50, 400, 250}), {0.5, 0});
     EXPECT_GT(frame.counters.predicted, 0u);
     EXPECT_EQ(frame.counters.decoded, 0u);
     EXPECT_EQ(frame.counters.predicted + frame.counters.virtual_refined, frame.counters.refined);
