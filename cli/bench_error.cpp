@@ -276,11 +276,8 @@ void add_bench_error(CLI::App& app, Globals& globals) {
         ->delimiter(',')
         ->check(CLI::PositiveNumber);
     sub.add_option("--paths", o->paths, "Flights (default orbit-to-ground,mountain-skim)")->delimiter(',');
-    add_value(sub, "--at", "LAT,LON", "Where the flights lead (default 36.58,-118.29)",
-              [o](const std::string& text) {
-                  const auto v = parse_numbers(text, 2);
-                  o->place = Geodetic{v[0], v[1]};
-              });
+    add_place(sub, "Where the flights lead (default 36.58,-118.29)",
+              [o](const Geodetic& at) { o->place = at; });
     sub.add_option("--views", o->views, "Of each path (default 12)")->check(between(1, 100'000));
     sub.add_option("--points", o->points, "Compared in each picture (default 500)")
         ->check(between(1, 10'000'000));

@@ -198,19 +198,9 @@ void add_bench_frames(CLI::App& app, Globals& globals) {
     sub.footer(kFooter);
     sub.add_option("FILE", o->file, "A .carat file")->required();
     add_value(sub, "--sizes", "WxH,...", "Pixels (default 1280x1024,1920x1200,3840x2160)",
-              [o](const std::string& text) {
-                  o->sizes.clear();
-                  for (std::size_t at = 0; at <= text.size();) {
-                      const std::size_t end = std::min(text.find(',', at), text.size());
-                      o->sizes.push_back(parse_picture_size(text.substr(at, end - at)));
-                      at = end + 1;
-                  }
-              });
-    add_value(sub, "--at", "LAT,LON", "Where the flights lead (default 36.58,-118.29)",
-              [o](const std::string& text) {
-                  const auto v = parse_numbers(text, 2);
-                  o->place = Geodetic{v[0], v[1]};
-              });
+              [o](const std::string& text) { o->sizes = parse_picture_sizes(text); });
+    add_place(sub, "Where the flights lead (default 36.58,-118.29)",
+              [o](const Geodetic& at) { o->place = at; });
     sub.add_option("--error", o->error, "Greatest error on the screen, pixels (default 1)")
         ->check(CLI::PositiveNumber);
     sub.add_option("--frames", o->frames, "Of each flight (default 120)")->check(between(2, 1'000'000));

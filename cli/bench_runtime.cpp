@@ -244,11 +244,8 @@ Example:
   carat bench scaling planet.carat planet8.carat planet64.carat)";
 
 void add_flight_options(CLI::App& sub, const std::shared_ptr<FlightOptions>& o) {
-    add_value(sub, "--at", "LAT,LON", "Where the flights lead (default 36.58,-118.29)",
-              [o](const std::string& text) {
-                  const auto v = parse_numbers(text, 2);
-                  o->place = Geodetic{v[0], v[1]};
-              });
+    add_place(sub, "Where the flights lead (default 36.58,-118.29)",
+              [o](const Geodetic& at) { o->place = at; });
     add_value(sub, "--size", "WxH", "Pixels (default 1280x720)",
               [o](const std::string& text) { o->size = parse_picture_size(text); });
     sub.add_option("--error", o->bench.goal.threshold, "Greatest error on the screen, pixels (default 1)")

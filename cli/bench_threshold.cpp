@@ -125,14 +125,9 @@ class Evidence {
             out.to_surface.add(bench::seen_as(view, point, distance_(point)) / o_.threshold,
                                rounding / o_.threshold);
         }
-        const Camera& c = view.camera();
-        const double right = (x + 0.5 - c.width / 2.0) / view.focal_pixels(),
-                     up = (c.height / 2.0 - y - 0.5) / view.focal_pixels();
-        Vec3 ray{};
-        for (std::size_t k = 0; k < 3; ++k) ray[k] = c.forward[k] + right * c.right[k] + up * c.up[k];
-        ray = scale(1 / length(ray), ray);
+        const Vec3 through = view.camera().ray(x + 0.5, y + 0.5);
         bench::SurfaceRays::Hit hit;
-        const bool met = rays_.first_hit(view.eye(), ray, hit);
+        const bool met = rays_.first_hit(view.eye(), scale(1 / length(through), through), hit);
         out.disagree += met != covered ? 1 : 0;
         if (met)
             out.to_drawn.add(std::min(1e9, bench::seen_as(view, hit.point, drawn.distance(hit))) /
@@ -248,11 +243,8 @@ void add_bench_threshold(CLI::App& app, Globals& globals) {
     CLI::App& sub = *app.add_subcommand("threshold", "Every pixel against an independent ray-caster");
     sub.footer(kFooter);
     sub.add_option("FILE", o->file, "A .carat file")->required();
-    add_value(sub, "--at", "LAT,LON", "Where the first four kinds are (default 36.58,-118.29)",
-              [o](const std::string& text) {
-                  const auto v = parse_numbers(text, 2);
-                  o->place = Geodetic{v[0], v[1]};
-              });
+    add_place(sub, "Where the first four kinds are (default 36.58,-118.29)",
+              [o](const Geodetic& at) { o->place = at; });
     add_value(sub, "--size", "WxH", "Pixels (default 64x36)",
               [o](const std::string& text) { o->size = parse_picture_size(text); });
     sub.add_option("--error", o->threshold, "The threshold, pixels (default 1)")->check(CLI::PositiveNumber);

@@ -127,11 +127,8 @@ void add_bench_triangles(CLI::App& app, Globals& globals) {
     CLI::App& sub = *app.add_subcommand("triangles", "Triangles for a true pixel, and how few would do");
     sub.footer(kFooter);
     sub.add_option("FILE", o->file, "A .carat file")->required();
-    add_value(sub, "--at", "LAT,LON", "Where half of the views are (default: anywhere)",
-              [o](const std::string& text) {
-                  const auto v = parse_numbers(text, 2);
-                  o->bench.place = Geodetic{v[0], v[1]};
-              });
+    add_place(sub, "Where half of the views are (default: anywhere)",
+              [o](const Geodetic& at) { o->bench.place = at; });
     add_value(sub, "--size", "WxH", "Pixels (default 1280x720)",
               [o](const std::string& text) { o->size = parse_picture_size(text); });
     sub.add_option("--error", o->bench.threshold, "Greatest error on the screen, pixels (default 1)")

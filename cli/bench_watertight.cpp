@@ -242,15 +242,8 @@ void add_bench_watertight(CLI::App& app, Globals& globals) {
     sub.add_option("--views", o->views, "In all (default 10000)")->check(between(1, 100'000'000));
     sub.add_option("--seed", o->seed, "Of the views (default 1)");
     add_value(sub, "--size", "WxH[,WxH...]", "Pixels, in turn (default 96x72,128x128,200x100)",
-              [o](const std::string& text) {
-                  o->sizes.clear();
-                  for (const std::string& size : parse_files(text))
-                      o->sizes.push_back(parse_picture_size(size));
-              });
-    add_value(sub, "--at", "LAT,LON", "Half of the views are near this place", [o](const std::string& text) {
-        const auto v = parse_numbers(text, 2);
-        o->place = Geodetic{v[0], v[1]};
-    });
+              [o](const std::string& text) { o->sizes = parse_picture_sizes(text); });
+    add_place(sub, "Half of the views are near this place", [o](const Geodetic& at) { o->place = at; });
     sub.add_option("--device", o->renderer.device, "Vulkan device: part of its name, or its number");
     add_pipeline_cache(sub, o->renderer.pipeline_cache);
     sub.add_flag("--control", o->control, "Leave out one patch of each view, to see that holes are found");

@@ -30,7 +30,7 @@ namespace {
 
 struct Options {
     std::string file, path, output, stats, format = "png";
-    std::optional<std::array<double, 2>> place;
+    std::optional<Geodetic> place;
     std::array<int, 2> size{1280, 720};
     double fps = 30;
     std::optional<double> budget;
@@ -75,7 +75,7 @@ void check(const Options& o) {
 
 FlightPath path_of(const Options& o, const std::shared_ptr<const Repository>& file) {
     FlightSite site;
-    if (o.place) site.place = Geodetic{(*o.place)[0], (*o.place)[1]};
+    site.place = o.place;
     const auto detail = detail_of(o.look, file->header());
     site.ground = [&](const Geodetic& place) {
         if (detail) return DetailSurface(file, detail, 1).sample(lattice_position(direction(place))).height;
@@ -266,11 +266,7 @@ void add_fly(CLI::App& app, Globals& globals) {
     sub.add_option("--path", o->path, "Keyframes: a file, or the name of a path that comes with Carat")
         ->type_name("PATH.json")
         ->required();
-    add_value(sub, "--at", "LAT,LON", "Where to fly a path that is round a place",
-              [o](const std::string& text) {
-                  const auto v = parse_numbers(text, 2);
-                  o->place = {v[0], v[1]};
-              });
+    add_place(sub, "Where to fly a path that is round a place", [o](const Geodetic& at) { o->place = at; });
     sub.add_option("-o,--output", o->output, "A film, OUT.mp4, or a folder of pictures")->required();
     sub.add_option("--fps", o->fps, "Frames a second (default 30)")->check(CLI::Range(0.01, 1000.0));
     add_value(sub, "--size", "WxH", "Pixels (default 1280x720)",

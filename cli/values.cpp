@@ -88,6 +88,12 @@ std::array<int, 2> parse_picture_size(const std::string& text) {
     return out;
 }
 
+std::vector<std::array<int, 2>> parse_picture_sizes(const std::string& text) {
+    std::vector<std::array<int, 2>> out;
+    for (const std::string& part : split(text, ',')) out.push_back(parse_picture_size(part));
+    return out;
+}
+
 std::vector<std::string> parse_files(const std::string& text) {
     std::error_code too_long;  // for a name: then it is a list
     if (std::filesystem::exists(text, too_long)) return {text};
@@ -109,6 +115,14 @@ CLI::Option* add_value(CLI::App& app, const std::string& name, const std::string
         }
     };
     return app.add_option_function<std::string>(name, named, description)->type_name(form);
+}
+
+CLI::Option* add_place(CLI::App& app, const std::string& description,
+                       std::function<void(const Geodetic&)> take) {
+    return add_value(app, "--at", "LAT,LON", description, [take = std::move(take)](const std::string& text) {
+        const std::vector<double> v = parse_numbers(text, 2);
+        take({v[0], v[1]});
+    });
 }
 
 }  // namespace carat::cli

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "carat/globe/ellipsoid.hpp"
+
 namespace carat::cli {
 
 // The whole text as a finite number.
@@ -20,6 +22,8 @@ std::vector<double> parse_numbers(const std::string& text, std::size_t count);
 std::size_t parse_size(const std::string& text);
 // "1280x720"
 std::array<int, 2> parse_picture_size(const std::string& text);
+// "96x72,128x128": one or more of them.
+std::vector<std::array<int, 2>> parse_picture_sizes(const std::string& text);
 // Names separated by commas; none may be empty. If the whole text is an existing file, it is one name.
 std::vector<std::string> parse_files(const std::string& text);
 
@@ -32,6 +36,10 @@ CLI::Validator between(T least, T greatest) {
 // An option with one value of a given form; what `take` throws gets the option's name.
 CLI::Option* add_value(CLI::App& app, const std::string& name, const std::string& form,
                        const std::string& description, std::function<void(const std::string&)> take);
+
+// An option "--at LAT,LON", degrees.
+CLI::Option* add_place(CLI::App& app, const std::string& description,
+                       std::function<void(const Geodetic&)> take);
 
 // An option "--name A,B,C" of exactly N numbers, which may be negative.
 template <std::size_t N>

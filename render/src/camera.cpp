@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "carat/render/patch_mesh.hpp"
+#include "carat/render/vector.hpp"
 
 namespace carat {
 
@@ -17,5 +18,10 @@ Vec3 to_metres(const UnitVector& p, double unit) {
 }
 
 double Camera::focal_pixels() const { return height / (2 * std::tan(vertical_fov / 2)); }
+
+Vec3 Camera::ray(double x, double y) const {
+    const double f = focal_pixels(), along_right = (x - 0.5 * width) / f, along_up = (0.5 * height - y) / f;
+    return add(forward, add(scale(along_right, right), scale(along_up, up)));
+}
 
 }  // namespace carat

@@ -17,9 +17,7 @@ CertainGround::CertainGround(const View& view, const Ellipsoid& body, double min
 // oo - kk < 0, on the side where k - e z > 0. The two sides are apart: between them, at z = k/e, it is not <
 // 0.
 bool CertainGround::holds(int x, int y) const {
-    const Camera& c = view_.camera();
-    const Vec3 ray = add(c.forward, add(scale((x + 0.5 - c.width / 2.0) / view_.focal_pixels(), c.right),
-                                        scale((c.height / 2.0 - y - 0.5) / view_.focal_pixels(), c.up)));
+    const Vec3 ray = view_.camera().ray(x + 0.5, y + 0.5);
     Vec3 o{}, d{};
     for (std::size_t k = 0; k < 3; ++k) {
         o[k] = scale_[k] * view_.eye()[k];

@@ -24,11 +24,12 @@ double RandomViews::share(double from, double to) {
 
 double RandomViews::factor(double from, double to) { return std::exp(share(std::log(from), std::log(to))); }
 
+Geodetic RandomViews::around(const Geodetic& at, double degrees) {
+    return {std::clamp(at.latitude + degrees * share(-1, 1), -90.0, 90.0),
+            std::remainder(at.longitude + degrees * share(-1, 1), 360.0)};
+}
+
 Geodetic RandomViews::next_place() {
-    const auto around = [&](const Geodetic& at, double degrees) {
-        return Geodetic{std::clamp(at.latitude + degrees * share(-1, 1), -90.0, 90.0),
-                        std::remainder(at.longitude + degrees * share(-1, 1), 360.0)};
-    };
     if (place_ && count_ % 2 == 0) return around(*place_, 1);
     if (share(0, 1) < 0.6) return {std::asin(share(-1, 1)) * 180 / std::numbers::pi, share(-180, 180)};
     constexpr double kCorner = 35.26438968275465;
@@ -47,29 +48,34 @@ Geodetic RandomViews::next_place() {
 }
 
 ViewRequest RandomViews::next() {
+    const Geodetic place = next_place();
+    return from(place, static_cast<Manner>(count_++ / 2 % 4));
+}
+
+ViewRequest RandomViews::from(const Geodetic& place, Manner manner) {
     ViewRequest view;
     view.width = width_;
     view.image_height = height_;
-    view.eye = next_place();
+    view.eye = place;
     view.heading = share(0, 360);
     view.fov = share(20, 80);
     const double ground = surface_.sample(lattice_position(direction(view.eye))).height;
     const double scale = body_.a() / 6.4e6;
-    switch (count_++ / 2 % 4) {
-        case 0:  // the globe or a part of it
+    switch (manner) {
+        case Manner::globe:  // the globe or a part of it
             view.height = ground + scale * factor(1e5, 1e8);
             view.pitch = -90 + share(0, 0.9) * std::asin(body_.b() / (body_.a() + view.height)) * 180 /
                                    std::numbers::pi;
             break;
-        case 1:
+        case Manner::oblique:
             view.height = ground + scale * factor(1e3, 1e5);
             view.pitch = share(-80, -10);
             break;
-        case 2:
+        case Manner::grazing:
             view.height = ground + factor(20, 2000);
             view.pitch = share(-12, 3);
             break;
-        default:
+        case Manner::ground:
             view.height = ground + factor(3, 20);
             view.pitch = share(-60, 5);
     }

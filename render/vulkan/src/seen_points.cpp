@@ -78,7 +78,7 @@ SeenPoint point_of(const Triangle& t, const Vec3& ray) {
 class Scene {
   public:
     Scene(const Camera& camera, double unit, int cells, PatchList meshes)
-        : camera_(camera), unit_(unit), focal_(camera.focal_pixels()), indices_(drawn_indices(cells)) {
+        : camera_(camera), unit_(unit), indices_(drawn_indices(cells)) {
         for (const auto& mesh : meshes)
             meshes_[mesh->half.diamond.bits() * 2 + static_cast<std::uint64_t>(mesh->half.side)] = mesh.get();
     }
@@ -94,20 +94,12 @@ class Scene {
             for (std::size_t c = 0; c < 3; ++c) offset[c] = mesh.anchor[c] - camera_.eye[c] + v.offset[c];
             t[k] = {to_metres(offset, unit_), static_cast<double>(v.height)};
         }
-        return point_of(t, ray(x + 0.5, y + 0.5));
+        return point_of(t, camera_.ray(x + 0.5, y + 0.5));
     }
 
   private:
-    Vec3 ray(double x, double y) const {
-        const double right = (x - 0.5 * camera_.width) / focal_, up = (0.5 * camera_.height - y) / focal_;
-        Vec3 out;
-        for (std::size_t c = 0; c < 3; ++c)
-            out[c] = camera_.forward[c] + right * camera_.right[c] + up * camera_.up[c];
-        return out;
-    }
-
     const Camera& camera_;
-    double unit_, focal_;
+    double unit_;
     std::vector<std::uint16_t> indices_;
     std::unordered_map<std::uint64_t, const PatchMesh*> meshes_;
 };

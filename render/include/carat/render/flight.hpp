@@ -5,9 +5,8 @@
 //             each factor of height; the base linear
 //   speed     over ground in proportion to height above the base: the fraction of the way flown is (r^u - 1)/
 //             (r - 1), r the ratio of the heights and u the fraction of the time, in the limit u for r = 1
-//   angles    heading and roll by the shorter way, pitch and fov: monotone cubics (Fritsch and Butland 1984),
-//   so
-//             turns have no jerks at keyframes and never swing beyond them; linear between two
+//   angles    heading and roll by the shorter way, pitch and fov: monotone cubics (Fritsch and Butland
+//             1984), so turns have no jerks at keyframes and never swing beyond them; linear between two
 //   ends      from rest and to rest, over at most four tenths of the path, four seconds and one segment each
 //   times     the eye is at each keyframe at its time
 #pragma once

@@ -53,6 +53,8 @@ struct Camera {
 
     // Pixels per radian at the image centre: f = height / (2 tan(fov/2)).
     double focal_pixels() const;
+    // Through a point of the picture, pixels; pixel centres are at + 0.5. Not unit: one along forward.
+    Vec3 ray(double x, double y) const;
 };
 
 }  // namespace carat

@@ -59,9 +59,10 @@ struct DeadlineRow {
     std::uint64_t greatest_triangles = 0, forced_coarse = 0;
     double decoded = 0, uploads = 0;  // a frame
     std::uint64_t pages = 0;          // read by all frames: the first finds none in memory
-    double longest_over_seconds =
-        0;                    // wall clock: the longest run of frames with a patch above the threshold
-    double jump_seconds = 0;  // to convergence at the flight's end from the coarsest cut, no page in memory
+    // Wall clock: the longest run of frames with a patch above the threshold.
+    double longest_over_seconds = 0;
+    // To convergence at the flight's end from the coarsest cut, no page in memory.
+    double jump_seconds = 0;
 };
 
 struct DeadlineOptions {

@@ -19,10 +19,18 @@ class RandomViews {
 
     ViewRequest next();
 
-  private:
-    Geodetic next_place();
+    enum class Manner : std::uint8_t { globe, oblique, grazing, ground };
+    // A view of that manner from above a place.
+    ViewRequest from(const Geodetic& place, Manner manner);
+    // A place within so many degrees of latitude and of longitude.
+    Geodetic around(const Geodetic& at, double degrees);
     double share(double from, double to);   // evenly between
     double factor(double from, double to);  // evenly between the logarithms
+
+    const Surface& surface() const { return surface_; }
+
+  private:
+    Geodetic next_place();
 
     Surface surface_;
     Ellipsoid body_;
