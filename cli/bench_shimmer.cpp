@@ -9,7 +9,6 @@
 #include "bench.hpp"
 #include "carat/globe/error.hpp"
 #include "carat/render/draw_list.hpp"
-#include "carat/render/flight.hpp"
 #include "carat/vulkan/renderer.hpp"
 #include "interrupt.hpp"
 #include "look.hpp"
@@ -49,6 +48,7 @@ struct Remedy {
 constexpr std::array kRemedies{
     Remedy{"none", 1, 1, 1, 1.5},
     Remedy{"half the error", 1, 1, 0.5, 0.75},
+    Remedy{"4 samples", 4, 1, 1, 1.5},
     Remedy{"2 x 2 pixels", 1, 2, 1, 1.5},
     Remedy{"2 x 2, 4 samples", 4, 2, 1, 1.5},
 };
@@ -77,10 +77,8 @@ class Scene {
         : options_(o),
           file_(Repository::open(path)),
           body_(file_->header().ellipsoid()),
-          flight_(body_, {{0, {o.from[0], o.from[1]}, o.from[2], o.view.heading, o.view.pitch, o.view.fov},
-                          {kSeconds, {o.to[0], o.to[1]}, o.to[2], o.view.heading, o.view.pitch, o.view.fov}}),
           renderer_(body_, length_unit(body_), renderer_options(o, *file_)) {
-        const ViewRequest first = flight_.at(0);
+        const ViewRequest first = at(0);
         light_ = draw_request(Look{}, first, View(body_, first), body_).light;
     }
     const std::string& device_name() const { return renderer_.device_name(); }
@@ -89,10 +87,7 @@ class Scene {
     std::optional<Film> shoot(const Remedy& remedy, Progress& progress) {
         Film film;
         for (int k = 0; k < options_.frames; ++k) {
-            ViewRequest where =
-                flight_.at(kSeconds * (0.1 + 0.8 * k / options_.frames));  // at a steady speed
-            where.width = options_.view.width;
-            where.image_height = options_.view.image_height;
+            ViewRequest where = at(static_cast<double>(k) / options_.frames);
             Look look;
             look.samples = remedy.samples;
             look.supersample = remedy.scale;
@@ -113,7 +108,14 @@ class Scene {
     }
 
   private:
-    static constexpr double kSeconds = 10;
+    // A share of the way, which is short.
+    ViewRequest at(double share) const {
+        const auto along = [&](std::size_t k) { return std::lerp(options_.from[k], options_.to[k], share); };
+        ViewRequest view = options_.view;
+        view.eye = {along(0), along(1)};
+        view.height = along(2);
+        return view;
+    }
 
     static RendererOptions renderer_options(const Options& o, const Repository& file) {
         RendererOptions r = o.renderer;
@@ -124,7 +126,6 @@ class Scene {
     const Options& options_;
     std::shared_ptr<const Repository> file_;
     Ellipsoid body_;
-    Flight flight_;
     Renderer renderer_;
     Light light_;
 };

@@ -101,6 +101,30 @@ TEST_F(Bench, ThresholdHoldsInEveryPixelAndIsNotHeldByCoarserPictures) {
         EXPECT_GT(coarse.json()[7].at(direction).at("beyond"), 0) << direction;
 }
 
+TEST_F(Bench, ShimmerIsLessByMoreSamples) {
+    const auto ridges = [](double lat, double lon) {
+        return 800 + 500 * std::sin(200 * lat + std::cos(90 * lon)) * std::cos(150 * lon);
+    };
+    write_raster(path("ridges.tif"), {600, 600, {28, 18, 32, 22}, ridges});
+    ASSERT_EQ(carat("build --layer ridges.tif --tolerance 2 -o ridges.carat").exit, 0);
+    const Outcome r = carat(
+        "bench shimmer ridges.carat --from 20,30,6000 --to 20.002,30.004,5990 --size 48x32 --frames 3 "
+        "--json");
+    CARAT_NEEDS_VULKAN(r);
+    ASSERT_EQ(r.exit, 0) << r.err;
+    const auto file = r.json().at(0);
+    EXPECT_GT(file.at("reference_motion_rms"), 0.1) << "the way leads over ground in sight";
+    const auto& remedies = file.at("remedies");
+    ASSERT_EQ(remedies.size(), 5u);
+    const auto at = [&](std::size_t k, const char* key) { return remedies[k].at(key).get<double>(); };
+    EXPECT_EQ(remedies[2].at("remedy"), "4 samples");
+    for (const char* key : {"flicker_rms", "error_rms"}) {
+        EXPECT_GT(at(0, key), 0) << key;
+        EXPECT_LT(at(2, key), at(0, key)) << key;
+        EXPECT_LT(at(4, key), at(2, key)) << key;
+    }
+}
+
 TEST_F(Bench, FramesAreCountedByFlightAndSize) {
     write_raster(path("hills.tif"), hills());
     ASSERT_EQ(carat("build --layer hills.tif --tolerance 5 -o hills.carat").exit, 0);
